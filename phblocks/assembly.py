@@ -1,0 +1,274 @@
+"""From blocks and an assignment of causality to one system: the Dirac structure, stacked and interconnected.
+
+At each junction the giving port g and each taking port t exchange ``v_t = C v_g`` and ``f_g = -C^T f_t`` with
+``C = Lambda_t^T Lambda_g``: the same rotation on both sides, transposed, so that J stays skew. Where g and t
+keep their angle to each other, the exchange is part of the constant J0, elsewhere of K.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from phblocks.blocks.block import AngleRows
+from phblocks.causality import CausalityReport
+from phblocks.errors import DataError
+from phblocks.frames import QUARTER, Turn
+from phblocks.layout import Layout, lay_out
+from phblocks.network import Exposure, Junction, Network
+from phblocks.ports import Port
+from phblocks.structure import check_structure
+from phblocks.system import Angles, Connections, Part, State, System
+from phblocks.triplets import Floats, Ints, Triplets
+
+Outputs = Literal["all"] | None
+
+
+@dataclass
+class _Entries:
+    """Entries of the interconnection as they are collected; feature 2m is cos alpha_m, 2m + 1 is sin alpha_m."""
+
+    turns: list[Turn] = field(default_factory=list)
+    J0: list[Triplets] = field(default_factory=list)
+    K: list[Triplets] = field(default_factory=list)
+    G0: list[Triplets] = field(default_factory=list)
+    K_u: list[Triplets] = field(default_factory=list)
+    names: list[tuple[str, str]] = field(default_factory=list)
+    blocks: list[tuple[int, int]] = field(default_factory=list)
+    flows: list[tuple[Triplets, bool]] = field(default_factory=list)
+
+
+def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all") -> System:
+    """Assemble a network.
+
+    Parameters
+    ----------
+    network : Network
+        Blocks and junctions.
+    report : CausalityReport
+        Who gives and who takes; must be ok.
+    outputs : {"all", None}, optional
+        "all" keeps orientations and positions of all blocks; ``None`` only what the physics needs.
+
+    Returns
+    -------
+    System
+        With its structure verified.
+
+    Raises
+    ------
+    DataError
+        If outputs is neither "all" nor None.
+    StructureError
+        If the matrices violate the port-Hamiltonian structure.
+    """
+    if outputs not in ("all", None):
+        raise DataError("compile outputs", expected='"all" or None', got=repr(outputs), fix='Use outputs="all".')
+    layout = lay_out(network, report)
+    joints = _Entries()
+    for junction in network.junctions():
+        _join(layout, junction, joints)
+    gravity = np.zeros(network.space.dimension) if network.gravity is None else network.gravity
+    heavy = bool(gravity.any())
+    points = _Points.of(layout) if heavy or outputs == "all" else _Points.of(layout, ())
+    n_joints = len(joints.turns)
+    n_angles = n_joints + (points.mass.size if heavy else 0)
+    angle_rows = [_turn_rows(joints.turns)]
+    references = [np.array([t.reference for t in joints.turns])]
+    if heavy:
+        angle_rows.append(points.angle.rows.shifted(n_joints, 0))
+        references.append(points.angle.reference)
+    rows = Triplets.join(angle_rows)
+    keep = np.ones(layout.n_theta, dtype=bool) if outputs == "all" else np.isin(np.arange(layout.n_theta), rows.indices[1])
+    place = np.where(keep, np.cumsum(keep) - 1, -1)
+    n, m, n_theta, n_features = layout.n, len(layout.inputs), int(keep.sum()), 1 + 2 * n_angles
+    forms = [(name, layout.forms[name], layout.first_state[name]) for name in layout.forms]
+    driven_rows, driven_inputs = layout.driven_rows()
+    system = System(
+        name=network.name,
+        dimension=network.space.dimension,
+        gravity=gravity,
+        parts=tuple(
+            Part(
+                name,
+                form,
+                slice(first, first + form.size),
+                place[layout.first_theta[name] + np.arange(form.rotation_states.size)],
+                points.of_block.get(name, slice(0, 0)),
+            )
+            for name, form, first in forms
+        ),
+        inputs=tuple(layout.inputs),
+        E=Triplets.join(f.E.shifted(i, i) for _, f, i in forms).csr((n, n)),
+        J0=Triplets.join([*(f.J0.shifted(i, i) for _, f, i in forms), *joints.J0]).csr((n, n)),
+        R=Triplets.join(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
+        T=Triplets.join((f.T.shifted(i, i, i) for _, f, i in forms), order=3).coo((n, n, n)),
+        G0=Triplets.join(joints.G0).csr((n, m)),
+        angles=Angles(_kept(rows, place).csr((n_angles, n_theta)), np.concatenate(references)),
+        K=_features(Triplets.join(joints.K, order=3), n_angles),
+        K_u=_features(Triplets.join(joints.K_u, order=3), n_angles),
+        K_g=points.weight(gravity, n_joints, n_angles) if heavy else Triplets.empty(),
+        rates=Triplets.of(place[layout.theta_rows[keep[layout.theta_rows]]], layout.theta_states[keep[layout.theta_rows]], values=1.0).csr(
+            (n_theta, n)
+        ),
+        input_rates=_kept_rows(Triplets.of(driven_rows, driven_inputs, values=1.0), place).csr((n_theta, m)),
+        connections=_connections(joints, n_angles),
+        anchor_angles=layout.anchor_angles(place),
+        point_mass=points.mass,
+        point_velocity=points.velocity.csr((points.mass.size * network.space.dimension, n)),
+        point_angles=Angles(_kept(points.angle.rows, place).csr((points.mass.size, n_theta)), points.angle.reference),
+        start=State(np.zeros(n), np.zeros(n_theta), points.start),
+        report=report,
+    )
+    check_structure(system)
+    return system
+
+
+@dataclass(frozen=True)
+class _Points:
+    """The material points of all blocks, stacked."""
+
+    mass: Floats
+    velocity: Triplets
+    angle: AngleRows
+    start: Floats
+    of_block: dict[str, slice]
+
+    @classmethod
+    def of(cls, layout: Layout, names: Iterable[str] | None = None) -> _Points:
+        d = layout.network.space.dimension
+        mass, velocity, rows, reference, start = [np.empty(0)], [], [], [np.empty(0)], [np.empty((0, d))]
+        of_block: dict[str, slice] = {}
+        count = 0
+        for name in layout.forms if names is None else names:
+            points = layout.forms[name].points
+            if points is None:
+                continue
+            of_block[name] = slice(count, count + points.mass.size)
+            mass.append(points.mass)
+            velocity.append(points.velocity.shifted(count * d, layout.first_state[name]))
+            rows.append(points.angle.rows.shifted(count, layout.first_theta[name]))
+            reference.append(points.angle.reference)
+            start.append(points.start)
+            count += points.mass.size
+        angle = AngleRows(Triplets.join(rows), np.concatenate(reference))
+        return cls(np.concatenate(mass), Triplets.join(velocity), angle, np.concatenate(start), of_block)
+
+    def weight(self, gravity: Floats, first_angle: int, n_angles: int) -> Triplets:
+        """Entries of K_g: mass times Lambda^T g at each point, as a force on the states."""
+        row, state = self.velocity.indices
+        point, component = row // gravity.size, row % gravity.size
+        value = self.velocity.values * self.mass[point]
+        cos = Triplets.of(state, 1 + first_angle + point, values=value * gravity[component])
+        sin = Triplets.of(state, 1 + n_angles + first_angle + point, values=value * (QUARTER.T @ gravity)[component])
+        return Triplets.join([cos, sin])
+
+
+def _join(layout: Layout, junction: Junction, to: _Entries) -> None:
+    """Add the exchange at one junction: the giver with each taker, and the outside."""
+    givers = [port for port in junction.ports if layout.gives(port)]
+    takers = [port for port in junction.ports if not layout.gives(port)]
+    for giver in givers:
+        for taker in takers:
+            _exchange(layout, giver, taker, to)
+    for exposure in junction.exposures:
+        for port in takers if exposure.gives else givers:
+            _open(layout, exposure, port, to)
+
+
+def _exchange(layout: Layout, giver: Port, taker: Port, to: _Entries) -> None:
+    """Entries of ``out_t^T C out_g`` with C the rotation from the giver's to the taker's frame."""
+    into, out = layout.output(taker), layout.output(giver)
+    if not out.values.size:
+        return  # the ground: velocity zero
+    parts = _rotated(layout, giver, taker, into, out, to)
+    (number_g, number_t) = layout.block_number(giver.block.name), layout.block_number(taker.block.name)
+    to.names.append((giver.path, taker.path))
+    to.blocks.append((number_g, number_t))
+    to.flows.append(parts)
+    entries, moving = parts
+    (to.K if moving else to.J0).append(entries.skew)
+
+
+def _rotated(
+    layout: Layout, giver: Port, taker: Port, into: Triplets, out: Triplets, to: _Entries
+) -> tuple[Triplets, bool]:
+    if not layout.network.space.turns(giver.domain.turns_with):
+        return _sandwich(into, out, np.eye(len(giver.domain.components(layout.network.space)))), False
+    turn = layout.orientation(giver).minus(layout.orientation(taker))
+    if turn.fixed:
+        return _sandwich(into, out, turn.matrix()), False
+    to.turns.append(turn)
+    m = len(to.turns) - 1
+    cos, sin = _sandwich(into, out, np.eye(2)), _sandwich(into, out, QUARTER)
+    return Triplets.join([_with_feature(cos, 2 * m), _with_feature(sin, 2 * m + 1)], order=3), True
+
+
+def _open(layout: Layout, exposure: Exposure, port: Port, to: _Entries) -> None:
+    """Entries of ``out^T Lambda^T u``: an input in the fixed frame acting on a port in its own."""
+    into = layout.output(port)
+    components = len(port.domain.components(layout.network.space))
+    first = layout.first_input[exposure.name]
+    outside = Triplets.of(np.arange(components), first + np.arange(components), values=1.0)
+    if not layout.network.space.turns(port.domain.turns_with):
+        to.G0.append(_sandwich(into, outside, np.eye(components)))
+        return
+    turn = layout.orientation(port)
+    if turn.fixed:
+        to.G0.append(_sandwich(into, outside, turn.matrix().T))
+        return
+    to.turns.append(turn)
+    m = len(to.turns) - 1
+    to.K_u.append(_with_feature(_sandwich(into, outside, np.eye(2)), 2 * m))
+    to.K_u.append(_with_feature(_sandwich(into, outside, QUARTER.T), 2 * m + 1))
+
+
+def _sandwich(into: Triplets, out: Triplets, matrix: Floats) -> Triplets:
+    """Entries of ``into^T matrix out``, without zeros."""
+    (a, i), (b, j) = into.indices, out.indices
+    values = into.values[:, None] * matrix[a[:, None], b[None, :]] * out.values[None, :]
+    rows, columns = np.nonzero(values)
+    return Triplets.of(i[rows], j[columns], values=values[rows, columns])
+
+
+def _with_feature(entries: Triplets, feature: int) -> Triplets:
+    return Triplets((*entries.indices, np.full(entries.values.size, feature)), entries.values)
+
+
+def _features(entries: Triplets, n_angles: int) -> Triplets:
+    """Renumber features: all cosines first, then all sines, after the constant."""
+    i, j, f = entries.indices
+    return Triplets((i, j, 1 + (f % 2) * n_angles + f // 2), entries.values)
+
+
+def _connections(joints: _Entries, n_angles: int) -> Connections:
+    entries, number = [], []
+    for c, (part, moving) in enumerate(joints.flows):
+        entries.append(_features(part, n_angles) if moving else _with_feature(part, 0))
+        number.append(np.full(part.values.size, c))
+    return Connections(
+        tuple(joints.names),
+        np.array(joints.blocks, dtype=np.int64).reshape(-1, 2),
+        np.concatenate(number) if number else np.empty(0, dtype=np.int64),
+        Triplets.join(entries, order=3),
+    )
+
+
+def _turn_rows(turns: Sequence[Turn]) -> Triplets:
+    rows = [m for m, turn in enumerate(turns) for _ in turn.places]
+    places = [p for turn in turns for p in turn.places]
+    return Triplets.of(rows, places, values=[w for turn in turns for w in turn.weights]) if rows else Triplets.empty()
+
+
+def _kept(rows: Triplets, place: Ints) -> Triplets:
+    """Renumber the columns (rotation states)."""
+    return Triplets((rows.indices[0], place[rows.indices[1]]), rows.values)
+
+
+def _kept_rows(entries: Triplets, place: Ints) -> Triplets:
+    """Renumber the rows (rotation states), leaving out those that are not kept."""
+    rows = place[entries.indices[0]]
+    return Triplets((rows[rows >= 0], entries.indices[1][rows >= 0]), entries.values[rows >= 0])

@@ -1,0 +1,1 @@
+"""The kinds of parts a diagram is made of; one kind a file."""

@@ -1,0 +1,333 @@
+"""The geometrically exact beam as a block."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from phblocks.blocks.beam.ends import END_NAMES, End, parse_causality
+from phblocks.blocks.beam.form import BeamForm, beam_form
+from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
+from phblocks.blocks.beam.section import Section, require_positive
+from phblocks.blocks.beam.tensors import Variant
+from phblocks.blocks.block import Block, PortChoice, Tie
+from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.ports import Anchor
+from phblocks.space import PLANAR, Space
+from phblocks.triplets import Floats
+
+
+class Beam(Block):
+    """Geometrically exact beam, straight or initially circular, in mixed finite elements.
+
+    States are velocity V, angular velocity W, internal force N and internal moment M in the material frame; each
+    pair (V, N), (W, M) is discretised in CG_k and DG_{k-1}, which one in which depending on the causality of the
+    ends. Translation and rotation, start and end, choose separately; a pair whose ends differ switches at one
+    interior element boundary.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the diagram.
+    section : Section
+        Stiffness and inertia.
+    start, end : array_like
+        Initial places of the two ends, shape (2,), m.
+    elements : int or array_like
+        Number of elements of equal length, or the element boundaries as fractions of the length, from 0 to 1.
+    degree : int, optional
+        k of the pairs CG_k, DG_{k-1}; the error falls with order 2k in frequencies.
+    causality : str or tuple of str, optional
+        "auto", or what the two ends are, such as "free-free", "pinned-pinned", "clamped-free" or
+        ("clamped", "free"): a *free* end takes force and moment, a *pinned* one velocity and moment, a *clamped*
+        one velocity and angular velocity, a *guided* one force and angular velocity.
+    curvature : float, optional
+        Initial curvature, 1/m, positive for a beam that bends to the left on its way from start to end; the arc
+        is the shorter one through both ends.
+    switch_at : float, optional
+        Where a pair switches if its ends differ, as a fraction of the length; moved to the nearest interior
+        element boundary.
+
+    Raises
+    ------
+    DataError
+        If a number is out of its range: coinciding ends, no elements, degree < 1, a radius that does not span
+        the ends.
+    ArgumentTypeError
+        If an argument is of the wrong kind.
+
+    Notes
+    -----
+    Brugnoli, Kinon, Sanfedino, Betsch: Structure-preserving discretization of intrinsic geometrically exact
+    beams for explicit multibody dynamics, eqs. (2) to (5); Hodges (2003), doi:10.2514/2.2054.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        section: Section,
+        start: ArrayLike,
+        end: ArrayLike,
+        elements: int | ArrayLike,
+        degree: int = 1,
+        causality: str | tuple[str, str] = "auto",
+        curvature: float | None = None,
+        switch_at: float = 0.5,
+    ) -> None:
+        super().__init__(name)
+        if not isinstance(section, Section):
+            raise ArgumentTypeError(
+                f"Beam {name!r} section", expected="a Section", got=type(section).__name__, fix="Make a ph.Section."
+            )
+        if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or not 1 <= degree <= 12:
+            raise DataError(
+                f"Beam {name!r} degree", expected="an integer from 1 to 12", got=repr(degree), fix="Use 1, 2 or 3."
+            )
+        self.section = section
+        self.degree = int(degree)
+        self._start, self._end = (_point(f"Beam {name!r} {w}", p) for w, p in (("start", start), ("end", end)))
+        chord = self._end - self._start
+        require_positive(f"Beam {name!r} length (distance from start to end)", float(np.hypot(*chord)))
+        self.curvature = _curvature(name, curvature, float(np.hypot(*chord)))
+        self.length = _arc_length(self.curvature, float(np.hypot(*chord)))
+        self.start_angle = math.atan2(chord[1], chord[0]) - 0.5 * self.curvature * self.length
+        self.boundaries = _fractions(name, elements) * self.length
+        self.ends = parse_causality(f"Beam {name!r} causality", causality)
+        self.switch_element = self._nearest_boundary(switch_at)
+        if self.ends is not None and self.ends[0] != self.ends[1] and self.elements == 1:
+            raise DataError(
+                f"Beam {name!r} causality",
+                expected="equal ends for a beam of one element",
+                got=repr(causality),
+                fix="Use at least two elements: the switch needs an interior element boundary.",
+            )
+        end_angle = self.start_angle + self.curvature * self.length
+        self.start = Anchor(self, "start", self._start, self.start_angle)
+        self.end = Anchor(self, "end", self._end, end_angle)
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        return int(self.boundaries.size - 1)
+
+    @property
+    def anchors(self) -> Mapping[str, Anchor]:
+        """The two ends: start and end."""
+        return {"start": self.start, "end": self.end}
+
+    @property
+    def space(self) -> Space:
+        """The components of the beam."""
+        return PLANAR
+
+    def at(self, s: float) -> BeamPoint:
+        """Name a point of the beam, for reading results.
+
+        Parameters
+        ----------
+        s : float
+            Fraction of the length, from 0 (start) to 1 (end).
+
+        Returns
+        -------
+        BeamPoint
+            To be given to ``solution.position`` and the like.
+
+        Raises
+        ------
+        DataError
+            If s is not in [0, 1].
+        """
+        return BeamPoint(self, s)
+
+    def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
+        """Say what the four ports are able to do.
+
+        Returns
+        -------
+        choices : sequence of PortChoice
+            All free with causality "auto", all fixed otherwise.
+        ties : sequence of Tie
+            Each pair prefers equal ends: a switch costs one.
+        """
+        choices = []
+        for i, anchor in enumerate((self.start, self.end)):
+            for port, fixed in zip(anchor.ports, self.ends[i] if self.ends else (None, None), strict=True):
+                choices.append(PortChoice(port, may_give=fixed is not False, may_take=fixed is not True))
+        cost = 1.0 if self.elements > 1 else None
+        ties = [
+            Tie(a, b, cost, f"a switch of {a.domain.name} inside beam {self.name!r}")
+            for a, b in zip(self.start.ports, self.end.ports, strict=True)
+        ]
+        return choices, ties
+
+    def mesh(self, start: End, end: End) -> Mesh:
+        """Number the states for given causalities of the ends.
+
+        Parameters
+        ----------
+        start, end : End
+            What the two ends give.
+
+        Returns
+        -------
+        Mesh
+            With one segment, or two if a pair switches.
+        """
+        n = self.elements
+        if start == end:
+            segments = [Segment(0, n, Variant(*start))]
+        else:
+            m = self.switch_element
+            segments = [Segment(0, m, Variant(*start)), Segment(m, n, Variant(*end))]
+        return number_states(self.boundaries, self.degree, segments, self.space)
+
+    def form(self, gives: Mapping[str, bool]) -> BeamForm:
+        """Reduce the beam to its matrices for a given causality.
+
+        Parameters
+        ----------
+        gives : mapping of str to bool
+            For each of the four ports whether it gives the velocity.
+
+        Returns
+        -------
+        BeamForm
+            Matrices, ports, orientation and mass points.
+        """
+        start, end = (End(gives[f"{a}.translation"], gives[f"{a}.rotation"]) for a in ("start", "end"))
+        return beam_form(
+            self.mesh(start, end),
+            (start, end),
+            coefficients=self.section.coefficients(self.space),
+            curvature=self.curvature,
+            origin=self._start,
+            start_angle=self.start_angle,
+        )
+
+    def end_names(self, gives: Mapping[str, bool]) -> str:
+        """Name a causality of the beam.
+
+        Parameters
+        ----------
+        gives : mapping of str to bool
+            For each of the four ports whether it gives the velocity.
+
+        Returns
+        -------
+        str
+            Such as "clamped-free".
+        """
+        ends = (End(gives[f"{a}.translation"], gives[f"{a}.rotation"]) for a in ("start", "end"))
+        return "-".join(END_NAMES[e] for e in ends)
+
+    def _nearest_boundary(self, switch_at: float) -> int:
+        if not (isinstance(switch_at, (int, float)) and 0.0 < switch_at < 1.0):
+            raise DataError(
+                f"Beam {self.name!r} switch_at",
+                expected="a fraction between 0 and 1",
+                got=repr(switch_at),
+                fix="0.5 puts the switch in the middle.",
+            )
+        inner = self.boundaries[1:-1]
+        return 1 + int(np.argmin(np.abs(inner - switch_at * self.length))) if inner.size else 0
+
+
+class BeamPoint:
+    """A point of a beam, for reading results.
+
+    Parameters
+    ----------
+    block : Beam
+        The beam.
+    s : float
+        Fraction of the length, from 0 to 1.
+
+    Raises
+    ------
+    DataError
+        If s is not in [0, 1].
+    """
+
+    def __init__(self, block: Beam, s: float) -> None:
+        if isinstance(s, bool) or not isinstance(s, (int, float, np.number)) or not 0.0 <= float(s) <= 1.0:
+            raise DataError(
+                f"point on beam {block.name!r}",
+                expected="a fraction of the length from 0 to 1",
+                got=repr(s),
+                fix="0 is the start, 1 the end.",
+            )
+        self.block = block
+        self.s = float(s)
+
+
+def _point(where: str, value: ArrayLike) -> Floats:
+    try:
+        point = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentTypeError(
+            where, expected="coordinates (x, y)", got=repr(value), fix="Give two numbers in m."
+        ) from None
+    if point.shape == (3,):
+        raise DataError(
+            where, expected="two coordinates", got="three", fix="This version builds planar diagrams only."
+        )
+    if point.shape != (2,) or not np.isfinite(point).all():
+        raise DataError(
+            where, expected="two finite coordinates (x, y)", got=repr(value), fix="Give two numbers in m."
+        )
+    point.setflags(write=False)
+    return point
+
+
+def _curvature(name: str, curvature: float | None, chord: float) -> float:
+    if curvature is None:
+        return 0.0
+    where = f"Beam {name!r} curvature"
+    if isinstance(curvature, bool) or not isinstance(curvature, (int, float, np.number)):
+        raise ArgumentTypeError(where, expected="a number, 1/m", got=repr(curvature), fix="0 is a straight beam.")
+    if not (math.isfinite(curvature) and abs(curvature) * chord <= 2.0):
+        raise DataError(
+            where,
+            expected=f"at most 2/chord = {2.0 / chord:.6g} 1/m in size",
+            got=repr(curvature),
+            fix="The circle must reach from start to end; split a longer arc into several beams.",
+        )
+    return float(curvature)
+
+
+def _arc_length(curvature: float, chord: float) -> float:
+    half = 0.5 * abs(curvature) * chord
+    return chord if half < 1e-12 else chord * math.asin(half) / half
+
+
+def _fractions(name: str, elements: int | ArrayLike) -> Floats:
+    where = f"Beam {name!r} elements"
+    if isinstance(elements, (int, np.integer)) and not isinstance(elements, bool):
+        if elements < 1:
+            raise DataError(where, expected="at least 1", got=repr(elements), fix="Start with 4 elements of degree 2.")
+        return np.linspace(0.0, 1.0, int(elements) + 1)
+    if isinstance(elements, (bool, float, str)) or elements is None:
+        raise ArgumentTypeError(
+            where,
+            expected="a whole number or a sequence of fractions",
+            got=repr(elements),
+            fix="Give an int, or boundaries such as (0, 0.2, 1).",
+        )
+    try:
+        fractions = np.array(elements, dtype=np.float64)
+    except (TypeError, ValueError):
+        fractions = np.empty(0)
+    if fractions.ndim != 1 or fractions.size < 2 or fractions[0] != 0.0 or fractions[-1] != 1.0 or not (
+        np.diff(fractions) > 0.0
+    ).all():
+        raise DataError(
+            where,
+            expected="fractions that rise from 0 to 1",
+            got=repr(elements),
+            fix="Give element boundaries such as (0, 0.2, 1).",
+        )
+    return fractions

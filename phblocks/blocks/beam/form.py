@@ -1,0 +1,410 @@
+"""A beam reduced to its matrices, and how its fields, angles and positions are read off its states.
+
+Where V (or W) is continuous, position (angle) is read in the same space. Where it is not, the mean over the
+element comes from the velocity states and the shape within the element from strain (curvature): a piecewise
+constant position would be half an element off at the ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import cast
+
+import numpy as np
+import scipy.sparse as sp
+
+from phblocks.blocks.beam.ends import End
+from phblocks.blocks.beam.matrices import beam_matrices, strain_offsets, trace
+from phblocks.blocks.beam.mesh import Mesh
+from phblocks.blocks.beam.spaces import gauss
+from phblocks.blocks.beam.tensors import component_index
+from phblocks.blocks.block import AngleRows, Form, History, MaterialPoints, PortForm
+from phblocks.errors import UnknownNameError
+from phblocks.triplets import Floats, Ints, Triplets
+
+PAIRS = (("translation", "V", "N"), ("rotation", "W", "M"))
+
+
+@dataclass(frozen=True)
+class BeamForm(Form):
+    """Matrices and read-outs of a planar beam.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Elements and numbering.
+    compliance : numpy.ndarray
+        Shape (12,): inertias and compliances of the section.
+    curvature : float
+        Initial curvature, 1/m.
+    start_angle : float
+        Initial orientation at the start, rad.
+    """
+
+    mesh: Mesh = field(kw_only=True)
+    compliance: Floats = field(kw_only=True)
+    curvature: float = field(kw_only=True)
+    start_angle: float = field(kw_only=True)
+
+    def value(self, history: History, name: str, place: float) -> Floats:
+        """Read a component of a field; see :meth:`Form.value`.
+
+        Parameters
+        ----------
+        history : History
+            Of this beam.
+        name : str
+            Such as "V1", "W3", "N2" or "M3".
+        place : float
+            Fraction of the length.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,).
+
+        Raises
+        ------
+        UnknownNameError
+            If the beam has no such field.
+        """
+        known = [run.field for run in self.runs]
+        if name not in known:
+            raise UnknownNameError("beam", expected=f"one of {', '.join(known)}", got=repr(name), fix="See docs.")
+        rows = field_rows(self.mesh, name[0], int(name[1:]) - 1, *self._locate(place))
+        return cast(Floats, (rows @ history.x.T)[0])
+
+    def angle(self, history: History, place: float) -> Floats:
+        """Read the orientation; see :meth:`Form.angle`.
+
+        Parameters
+        ----------
+        history : History
+            Of this beam.
+        place : float
+            Fraction of the length.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,), rad.
+        """
+        return self._angles(history, *self._locate(place))[:, 0]
+
+    def position(self, history: History, place: float) -> Floats:
+        """Read the position integrated from velocity; see :meth:`Form.position`.
+
+        Parameters
+        ----------
+        history : History
+            Of this beam, with points.
+        place : float
+            Fraction of the length.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, 2), m.
+        """
+        if history.points is None:
+            raise UnknownNameError(
+                "position from velocity",
+                expected="a system that tracks positions",
+                got="one compiled without",
+                fix='Compile with outputs="all", or ask for source="strain".',
+            )
+        elements, xi = self._locate(place)
+        if self.mesh.segments[self.mesh.segment_of(int(elements[0]))].variant.velocity:
+            return np.einsum("tmd,m->td", history.points, self._projection(elements, xi))
+        e, q = int(elements[0]), gauss(self.mesh.degree + 1)
+        mean = np.einsum("tqd,q->td", history.points[:, e * q[0].size : (e + 1) * q[0].size], q[1])
+        whole = self._tangents(history, np.full(q[0].size, e), q[0])
+        part = self._tangents(history, np.full(q[0].size, e), q[0] * xi[0])
+        h = self.mesh.lengths[e]
+        return mean + h * (xi[0] * np.einsum("tqd,q->td", part, q[1]) - np.einsum("tqd,q->td", whole, q[1] * (1 - q[0])))
+
+    def chord(self, history: History, first: float, second: float) -> Floats:
+        """Rebuild the vector between two places, the integral of Lambda (e1 + Gamma); see :meth:`Form.chord`.
+
+        Parameters
+        ----------
+        history : History
+            Of this beam.
+        first, second : float
+            Fractions of the length.
+
+        Returns
+        -------
+        numpy.ndarray
+            From first to second, shape (times, 2), m.
+        """
+        mesh, (points, weights) = self.mesh, gauss(self.mesh.degree + 1)
+        low, high = sorted((first * mesh.boundaries[-1], second * mesh.boundaries[-1]))
+        begin = np.clip(low, mesh.boundaries[:-1], mesh.boundaries[1:])
+        width = np.clip(high, mesh.boundaries[:-1], mesh.boundaries[1:]) - begin
+        elements = np.flatnonzero(width > 0.0)
+        start = (begin - mesh.boundaries[:-1])[elements] / mesh.lengths[elements]
+        xi = start[:, None] + (width / mesh.lengths)[elements, None] * points
+        tangents = self._tangents(history, np.repeat(elements, points.size), xi.ravel())
+        sign = 1.0 if second >= first else -1.0
+        return sign * np.einsum("tmd,m->td", tangents, (width[elements, None] * weights).ravel())
+
+    def _locate(self, place: float) -> tuple[Ints, Floats]:
+        element, xi = self.mesh.locate(place * self.mesh.boundaries[-1])
+        return np.array([element]), np.array([xi])
+
+    def _tangents(self, history: History, elements: Ints, xi: Floats) -> Floats:
+        """Lambda (e1 + Gamma) at points, shape (times, points, 2)."""
+        gamma = [
+            (field_rows(self.mesh, "N", d, elements, xi) @ history.x.T).T * self.compliance[component_index("N", d)]
+            for d in self.mesh.space.translation
+        ]
+        gamma[0] = gamma[0] + 1.0
+        angle = self._angles(history, elements, xi)
+        c, s = np.cos(angle), np.sin(angle)
+        return np.stack([c * gamma[0] - s * gamma[1], s * gamma[0] + c * gamma[1]], axis=-1)
+
+    def _angles(self, history: History, elements: Ints, xi: Floats) -> Floats:
+        """Orientation at points, shape (times, points)."""
+        place = self.mesh.boundaries[elements] + xi * self.mesh.lengths[elements]
+        first = self.rotation_states[0] if self.rotation_states.size else 0
+        rows, bend = angle_rows(self.mesh, elements, xi)
+        angle = (rows[:, first : first + self.rotation_states.size] @ history.theta.T).T
+        bent = (bend @ history.x.T).T * self.compliance[component_index("M", 2)]
+        return cast(Floats, self.start_angle + self.curvature * place + angle + bent)
+
+    def _projection(self, elements: Ints, xi: Floats) -> Floats:
+        """Weights of the material points in the L2 projection onto the space of V, evaluated at a point."""
+        from scipy.sparse.linalg import spsolve
+
+        all_elements, points, weights = quadrature(self.mesh)
+        psi = field_rows(self.mesh, "V", 0, all_elements, points)
+        used = np.flatnonzero(np.diff(psi.tocsc().indptr))
+        psi = psi[:, used]
+        mass = sp.csc_array(psi.T @ (psi * weights[:, None]))
+        here = field_rows(self.mesh, "V", 0, elements, xi)[:, used].toarray()[0]
+        return weights * (psi @ np.atleast_1d(spsolve(mass, here)))
+
+
+def quadrature(mesh: Mesh) -> tuple[Ints, Floats, Floats]:
+    """List the material points of a beam: k + 1 Gauss points in each element.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Elements and numbering.
+
+    Returns
+    -------
+    elements : numpy.ndarray
+        Element of each point.
+    xi : numpy.ndarray
+        Coordinate in the element.
+    weights : numpy.ndarray
+        Length that the point stands for, m.
+    """
+    points, weights = gauss(mesh.degree + 1)
+    n = mesh.lengths.size
+    return (
+        np.repeat(np.arange(n), points.size),
+        np.tile(points, n),
+        (mesh.lengths[:, None] * weights).ravel(),
+    )
+
+
+def field_triplets(mesh: Mesh, name: str, direction: int, elements: Ints, xi: Floats) -> Triplets:
+    """Interpolate a component at points.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Elements and numbering.
+    name : {"V", "W", "N", "M"}
+        The field.
+    direction : int
+        0, 1 or 2.
+    elements : numpy.ndarray
+        Element of each point, shape (m,).
+    xi : numpy.ndarray
+        Coordinate of each point in its element, shape (m,).
+
+    Returns
+    -------
+    Triplets
+        Shape (m, states).
+    """
+    parts = []
+    for i, segment in enumerate(mesh.segments):
+        here = np.flatnonzero((elements >= segment.first) & (elements < segment.last))
+        if here.size:
+            states = mesh.states[i][name, direction][elements[here] - segment.first]
+            parts.append(Triplets.of(here[:, None], states, values=mesh.basis(i, name).at(xi[here])))
+    return Triplets.join(parts)
+
+
+def field_rows(mesh: Mesh, name: str, direction: int, elements: Ints, xi: Floats) -> sp.csr_array:
+    """Interpolate a component at points, as a matrix; see :func:`field_triplets`.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Elements and numbering.
+    name : {"V", "W", "N", "M"}
+        The field.
+    direction : int
+        0, 1 or 2.
+    elements : numpy.ndarray
+        Element of each point, shape (m,).
+    xi : numpy.ndarray
+        Coordinate of each point in its element, shape (m,).
+
+    Returns
+    -------
+    scipy.sparse.csr_array
+        Shape (m, states).
+    """
+    return field_triplets(mesh, name, direction, elements, xi).csr((elements.size, mesh.size))
+
+
+def angle_rows(mesh: Mesh, elements: Ints, xi: Floats) -> tuple[sp.csr_array, sp.csr_array]:
+    """Interpolate the angle at points from the rotation states and, where W is discontinuous, from curvature.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Elements and numbering.
+    elements : numpy.ndarray
+        Element of each point, shape (m,).
+    xi : numpy.ndarray
+        Coordinate of each point in its element, shape (m,).
+
+    Returns
+    -------
+    rotation : scipy.sparse.csr_array
+        Shape (m, states), to be applied to the time integrals of W3.
+    bending : scipy.sparse.csr_array
+        Shape (m, states), to be applied to M3 and multiplied by the compliance.
+    """
+    points, weights = gauss(mesh.degree + 1)
+    h, n = mesh.lengths[elements][:, None], elements.size
+    spots = np.arange(n * points.size).reshape(n, points.size)
+
+    def integral(name: str, at: Floats, factors: Floats) -> sp.csr_array:
+        """Sum of factors times the field at points of the same element, both of shape (n, points)."""
+        values = field_rows(mesh, name, 2, np.repeat(elements, points.size), np.broadcast_to(at, spots.shape).ravel())
+        return Triplets.of(np.arange(n)[:, None], spots, values=factors).csr((n, spots.size)) @ values
+
+    smooth = np.array([mesh.segments[mesh.segment_of(int(e))].variant.spin for e in elements], dtype=np.float64)
+    keep, replace = sp.diags_array(smooth), sp.diags_array(1.0 - smooth)
+    up_to_xi = integral("M", xi[:, None] * points, h * xi[:, None] * weights)
+    mean_of_that = integral("M", points, h * weights * (1.0 - points))
+    interpolated = field_rows(mesh, "W", 2, elements, xi)
+    mean = integral("W", points, weights)
+    return (
+        sp.csr_array(keep @ interpolated + replace @ mean),
+        sp.csr_array(replace @ (up_to_xi - mean_of_that)),
+    )
+
+
+def beam_form(
+    mesh: Mesh, ends: tuple[End, End], *, coefficients: Floats, curvature: float, origin: Floats, start_angle: float
+) -> BeamForm:
+    """Reduce a planar beam to its matrices.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Elements and numbering, made for the same ends.
+    ends : tuple of End
+        What the start and the end give.
+    coefficients : numpy.ndarray
+        Shape (12,): inertias and compliances per length.
+    curvature : float
+        Initial curvature, 1/m.
+    origin : numpy.ndarray
+        Initial place of the start, shape (2,), m.
+    start_angle : float
+        Initial orientation at the start, rad.
+
+    Returns
+    -------
+    BeamForm
+        The beam in its own coordinates.
+    """
+    E, J0, T = beam_matrices(mesh, coefficients, strain_offsets(curvature))
+    spin_runs = [i for i, run in enumerate(mesh.runs) if run.field.startswith("W")]
+    first = sum(run.positions.size for run in mesh.runs[: spin_runs[0]])
+    rotation_states = first + np.arange(sum(mesh.runs[i].positions.size for i in spin_runs))
+    ports: dict[str, PortForm] = {}
+    orientations: dict[str, AngleRows | None] = {}
+    for name, at_end, end in (("start", False, ends[0]), ("end", True, ends[1])):
+        for (kind, common, summed), gives in zip(PAIRS, end, strict=True):
+            directions = mesh.space.translation if kind == "translation" else mesh.space.rotation
+            states = [trace(mesh, common if gives else summed, d, at_end) for d in directions]
+            sign = 1.0 if gives or at_end else -1.0  # -N(0) and +N(L) are the forces on the beam
+            ports[f"{name}.{kind}"] = PortForm(gives, Triplets.of(np.arange(len(states)), states, values=sign))
+        angle = start_angle + (curvature * mesh.boundaries[-1] if at_end else 0.0)
+        if end.spin:
+            rows = Triplets.of([0], [trace(mesh, "W", 2, at_end) - first], values=[1.0])
+            orientations[name] = AngleRows(rows, np.array([angle]))
+        else:
+            orientations[name] = None
+    return BeamForm(
+        size=mesh.size,
+        runs=mesh.runs,
+        E=E,
+        J0=J0,
+        R=Triplets.empty(),
+        T=T,
+        ports=ports,
+        rotation_states=rotation_states,
+        orientations=orientations,
+        points=_material_points(mesh, coefficients, curvature, origin, start_angle, first),
+        mesh=mesh,
+        compliance=coefficients,
+        curvature=curvature,
+        start_angle=start_angle,
+    )
+
+
+def _material_points(
+    mesh: Mesh, coefficients: Floats, curvature: float, origin: Floats, start_angle: float, first_spin: int
+) -> MaterialPoints:
+    elements, xi, weights = quadrature(mesh)
+    place = mesh.boundaries[elements] + xi * mesh.lengths[elements]
+    velocity = []
+    for c, d in enumerate(mesh.space.translation):
+        rows = field_triplets(mesh, "V", d, elements, xi)
+        velocity.append(
+            Triplets((rows.indices[0] * mesh.space.dimension + c, rows.indices[1]), rows.values)
+        )
+    angles = start_angle + curvature * place
+    spin = field_triplets(mesh, "W", 2, elements, xi).shifted(0, -first_spin)
+    return MaterialPoints(
+        mass=coefficients[component_index("V", 0)] * weights,
+        velocity=Triplets.join(velocity),
+        angle=AngleRows(spin, angles),
+        start=origin + arc(curvature, start_angle, place),
+    )
+
+
+def arc(curvature: float, angle: float, place: Floats) -> Floats:
+    """Trace a circular arc from the origin.
+
+    Parameters
+    ----------
+    curvature : float
+        1/m.
+    angle : float
+        Orientation at the origin, rad.
+    place : numpy.ndarray
+        Arc lengths, shape (m,), m.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (m, 2), m.
+    """
+    half = 0.5 * curvature * place
+    chord = place * np.sinc(half / np.pi)  # exact also for curvature 0
+    return np.stack([chord * np.cos(angle + half), chord * np.sin(angle + half)], axis=-1)

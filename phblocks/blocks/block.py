@@ -1,0 +1,350 @@
+"""What every block promises.
+
+A block has ports, says which side of each pair its ports can give (:class:`PortChoice`, :class:`Tie`), and, once
+that is decided, reduces itself to one :class:`Form`: its matrices in its own coordinates.  Nothing later in the
+pipeline asks what kind of block it was.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from phblocks.errors import DataError, UnknownNameError
+from phblocks.ports import Anchor, Port
+from phblocks.space import Space
+from phblocks.triplets import Floats, Ints, Triplets
+
+
+@dataclass(frozen=True)
+class PortChoice:
+    """What a port is able to do.
+
+    Parameters
+    ----------
+    port : Port
+        The port.
+    may_give : bool
+        It can give the common quantity (velocity) and take the summed one (force).
+    may_take : bool
+        It can take the common quantity and give the summed one.
+    """
+
+    port: Port
+    may_give: bool
+    may_take: bool
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Two ports of a block whose choices depend on each other.
+
+    Parameters
+    ----------
+    first, second : Port
+        The ports.
+    cost : float or None
+        Price of choosing differently (0: no matter); ``None`` if they cannot differ.
+    what : str
+        What choosing differently means, for messages.
+    """
+
+    first: Port
+    second: Port
+    cost: float | None
+    what: str
+
+
+@dataclass(frozen=True)
+class StateRun:
+    """Consecutive states of one component of one field.
+
+    Parameters
+    ----------
+    field : str
+        Field and component, such as ``"V1"``.
+    unit : str
+        SI unit.
+    energy : str
+        Kind of energy stored, such as ``"kinetic"`` or ``"strain"``.
+    positions : numpy.ndarray
+        Place of each state along the block, shape (n,), m from its start.
+    """
+
+    field: str
+    unit: str
+    energy: str
+    positions: Floats
+
+
+@dataclass(frozen=True)
+class AngleRows:
+    """Orientation angles that depend on the rotation states of a block: ``reference + rows @ theta``.
+
+    Parameters
+    ----------
+    rows : Triplets
+        Shape (n, number of rotation states).
+    reference : numpy.ndarray
+        Shape (n,), rad: the initial angles.
+    """
+
+    rows: Triplets
+    reference: Floats
+
+
+@dataclass(frozen=True)
+class PortForm:
+    """A port in the coordinates of its block.
+
+    Parameters
+    ----------
+    gives : bool
+        It gives the common quantity (velocity) and takes the summed one (force).
+    output : Triplets
+        Shape (components, states): what the port gives, in the frame of its anchor, is ``output @ z``;
+        what it takes enters the state equations through the transpose.
+    """
+
+    gives: bool
+    output: Triplets
+
+
+@dataclass(frozen=True)
+class MaterialPoints:
+    """Points that carry mass and move with the block: gravity acts there and positions are known there.
+
+    Parameters
+    ----------
+    mass : numpy.ndarray
+        Shape (m,), kg.
+    velocity : Triplets
+        Shape (m * dimension, states): material velocity of each point, m/s.
+    angle : AngleRows
+        Orientation of the material frame at each point.
+    start : numpy.ndarray
+        Shape (m, dimension): initial positions, m.
+    """
+
+    mass: Floats
+    velocity: Triplets
+    angle: AngleRows
+    start: Floats
+
+
+@dataclass(frozen=True)
+class History:
+    """What happened to one block: the input of its read-outs.
+
+    Parameters
+    ----------
+    x : numpy.ndarray
+        States, shape (times, states).
+    theta : numpy.ndarray
+        Rotation states, shape (times, rotation states), rad.
+    points : numpy.ndarray or None
+        Positions of the material points, shape (times, points, dimension), m; ``None`` if not tracked.
+    """
+
+    x: Floats
+    theta: Floats
+    points: Floats | None
+
+
+@dataclass(frozen=True)
+class Form:
+    """A block as a port-Hamiltonian system in its own coordinates (equations in ``docs/notation.md``).
+
+    ``E x' = (J0 + T x - R) z + sum over ports of output^T u``, with ``z = Q x`` and ``H = 1/2 x^T Q^T E x``.
+
+    Parameters
+    ----------
+    size : int
+        Number of states.
+    runs : sequence of StateRun
+        The states in their order.
+    E, J0, R : Triplets
+        Shape (size, size).  ``Q`` is the identity.
+    T : Triplets
+        Order three: ``J(x)[i, j] = J0[i, j] + sum_k T[i, j, k] x[k]``, skew in (i, j).
+    ports : mapping of str to PortForm
+        By name of the port.
+    rotation_states : numpy.ndarray
+        Indices of the states whose time integrals are the rotation states ``theta`` (zero at the start).
+    orientations : mapping of str to AngleRows or None
+        By name of the anchor, one row; ``None`` where the anchor takes its angular velocity, and with it its
+        orientation, from elsewhere.
+    points : MaterialPoints or None
+        Where the block has mass.
+    """
+
+    size: int
+    runs: Sequence[StateRun]
+    E: Triplets
+    J0: Triplets
+    R: Triplets
+    T: Triplets
+    ports: Mapping[str, PortForm]
+    rotation_states: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    orientations: Mapping[str, AngleRows | None] = field(default_factory=dict)
+    points: MaterialPoints | None = None
+
+    def value(self, history: History, name: str, place: float) -> Floats:
+        """Read a component of a field at a place of the block.
+
+        Parameters
+        ----------
+        history : History
+            Of this block.
+        name : str
+            Field and component, such as ``"N1"``.
+        place : float
+            Where on the block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,).
+
+        Raises
+        ------
+        UnknownNameError
+            If the block has no such field.
+        """
+        raise UnknownNameError("block", expected="a block with fields", got=name, fix="Read the states by name.")
+
+    def angle(self, history: History, place: float) -> Floats:
+        """Read the orientation at a place of the block.
+
+        Parameters
+        ----------
+        history : History
+            Of this block.
+        place : float
+            Where on the block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,), rad.
+
+        Raises
+        ------
+        UnknownNameError
+            If the block has no orientation.
+        """
+        raise UnknownNameError("block", expected="a block with orientation", got="none", fix="Ask another block.")
+
+    def position(self, history: History, place: float) -> Floats:
+        """Read the position integrated from velocities.
+
+        Parameters
+        ----------
+        history : History
+            Of this block, with points.
+        place : float
+            Where on the block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, dimension), m.
+
+        Raises
+        ------
+        UnknownNameError
+            If the block has no position.
+        """
+        raise UnknownNameError("block", expected="a block with positions", got="none", fix="Ask another block.")
+
+    def chord(self, history: History, first: float, second: float) -> Floats:
+        """Rebuild the vector between two places from strain and orientation.
+
+        Parameters
+        ----------
+        history : History
+            Of this block.
+        first, second : float
+            Where on the block.
+
+        Returns
+        -------
+        numpy.ndarray
+            From first to second, shape (times, dimension), m.
+
+        Raises
+        ------
+        UnknownNameError
+            If the block has no extension.
+        """
+        raise UnknownNameError("block", expected="a block with extension", got="none", fix="Ask another block.")
+
+
+class Block(ABC):
+    """A part of a diagram.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the diagram.
+    """
+
+    #: Whether its ports may be joined more than once.
+    shared = False
+
+    def __init__(self, name: str) -> None:
+        if not isinstance(name, str) or not name or "." in name:
+            raise DataError(
+                "name of a block", expected="a non-empty text without dots", got=repr(name), fix="Choose another."
+            )
+        self.name = name
+
+    @property
+    @abstractmethod
+    def anchors(self) -> Mapping[str, Anchor]:
+        """The places on the block where others can be attached, by name."""
+
+    @property
+    @abstractmethod
+    def space(self) -> Space | None:
+        """The components of the block, or ``None`` if it fits any space."""
+
+    @abstractmethod
+    def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
+        """Say what each port is able to do, and which choices depend on each other.
+
+        Returns
+        -------
+        choices : sequence of PortChoice
+            One for each port.
+        ties : sequence of Tie
+            May be empty.
+        """
+
+    @abstractmethod
+    def form(self, gives: Mapping[str, bool]) -> Form:
+        """Reduce the block to its matrices for a given causality.
+
+        Parameters
+        ----------
+        gives : mapping of str to bool
+            For each port whether it gives the common quantity (velocity).
+
+        Returns
+        -------
+        Form
+            The block in its own coordinates.
+        """
+
+    @property
+    def ports(self) -> Mapping[str, Port]:
+        """All ports by name."""
+        return {port.name: port for anchor in self.anchors.values() for port in anchor.ports}
+
+    def __repr__(self) -> str:
+        """Return kind and name."""
+        return f"<{type(self).__name__} {self.name!r}>"
+

@@ -1,0 +1,327 @@
+"""The diagram as users draw it: add blocks, join their ports, check, compile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeVar
+
+import networkx as nx
+import numpy as np
+from numpy.typing import ArrayLike
+
+from phblocks.assembly import Outputs, assemble
+from phblocks.blocks.block import Block
+from phblocks.blocks.ground import Ground
+from phblocks.causality import CausalityReport, assign_causality
+from phblocks.errors import (
+    ArgumentTypeError,
+    DataError,
+    DuplicateNameError,
+    ForeignBlockError,
+    GapError,
+    PortInUseError,
+    PortTypeError,
+)
+from phblocks.network import Exposure, Junction, Network, call_site
+from phblocks.ports import Anchor, Port
+from phblocks.space import PLANAR
+from phblocks.system import System
+
+B = TypeVar("B", bound=Block)
+
+#: Anchors closer than this, relative to their coordinates, are in the same place.
+GAP_TOLERANCE = 1e-9
+
+
+class Diagram:
+    """A block diagram: blocks with power ports, joined without signs or arrows.
+
+    Parameters
+    ----------
+    name : str, optional
+        For titles and messages.
+    gravity : array_like, optional
+        Acceleration of gravity, shape (2,), m/s^2; none by default.
+
+    Raises
+    ------
+    DataError
+        If gravity is not two finite numbers.
+    """
+
+    def __init__(self, name: str = "diagram", gravity: ArrayLike | None = None) -> None:
+        acceleration = None if gravity is None else np.array(gravity, dtype=np.float64)
+        if acceleration is not None and (acceleration.shape != (2,) or not np.isfinite(acceleration).all()):
+            raise DataError(
+                f"Diagram {name!r} gravity",
+                expected="two finite components, m/s^2",
+                got=repr(gravity),
+                fix="Write for instance gravity=(0.0, -9.81); this version builds planar diagrams only.",
+            )
+        ground = Ground()
+        self.network = Network(name, acceleration, PLANAR, blocks={ground.name: ground})
+        self._ground = ground
+
+    @property
+    def name(self) -> str:
+        """For titles and messages."""
+        return self.network.name
+
+    @property
+    def ground(self) -> Anchor:
+        """The anchor of the ground: at rest, and wherever it is needed."""
+        return self._ground.anchor
+
+    @property
+    def graph(self) -> nx.Graph[str]:
+        """The bipartite networkx graph of blocks and junctions."""
+        return self.network.graph()
+
+    def add(self, block: B) -> B:
+        """Add a block.
+
+        Parameters
+        ----------
+        block : Block
+            The block.
+
+        Returns
+        -------
+        Block
+            The same block, for assigning it to a name.
+
+        Raises
+        ------
+        DuplicateNameError
+            If the diagram has a block of that name.
+        ArgumentTypeError
+            If it is not a block.
+        """
+        if not isinstance(block, Block):
+            raise ArgumentTypeError(
+                "Diagram.add", expected="a block such as ph.Beam", got=repr(block), fix="Make a block first."
+            )
+        if block.name in self.network.blocks:
+            raise DuplicateNameError(
+                f"diagram {self.name!r}",
+                expected="a name not in use",
+                got=repr(block.name),
+                fix=f"Choose another name than {', '.join(self.network.blocks)}.",
+            )
+        self.network.blocks[block.name] = block
+        return block
+
+    def pin(self, *anchors: Anchor) -> None:
+        """Join anchors with a revolute joint: same velocity, forces sum to zero, free rotation.
+
+        Parameters
+        ----------
+        *anchors : Anchor
+            Two or more, in the same place.
+
+        Raises
+        ------
+        GapError
+            If they are not in the same place.
+        PortInUseError
+            If the translation of one of them is joined already.
+        ForeignBlockError
+            If the block of one of them is not in the diagram.
+        ArgumentTypeError
+            If one of them is not an anchor.
+        """
+        self._require_together("pin", anchors)
+        self._join("pin", [anchor.translation for anchor in anchors])
+
+    def weld(self, *anchors: Anchor) -> None:
+        """Join anchors rigidly: same velocity and angular velocity, forces and moments sum to zero.
+
+        Parameters
+        ----------
+        *anchors : Anchor
+            Two or more, in the same place; they keep their initial angle to each other.
+
+        Raises
+        ------
+        GapError
+            If they are not in the same place.
+        PortInUseError
+            If a port of one of them is joined already.
+        ForeignBlockError
+            If the block of one of them is not in the diagram.
+        ArgumentTypeError
+            If one of them is not an anchor.
+        """
+        self._require_together("weld", anchors)
+        self._require_unused([port for anchor in anchors for port in anchor.ports])
+        self._join("weld", [anchor.translation for anchor in anchors])
+        self._join("weld", [anchor.rotation for anchor in anchors])
+
+    def connect(self, *ports: Port) -> None:
+        """Join ports of one domain: the common quantity is the same, the summed one adds up to zero.
+
+        Parameters
+        ----------
+        *ports : Port
+            Two or more, such as ``beam.start.rotation``.
+
+        Raises
+        ------
+        PortTypeError
+            If their domains differ.
+        PortInUseError
+            If one of them is joined already.
+        ForeignBlockError
+            If the block of one of them is not in the diagram.
+        ArgumentTypeError
+            If one of them is not a port.
+        """
+        self._join("connect", ports)
+
+    def expose(self, port: Port, name: str, imposes: str | None = None) -> None:
+        """Open a port to the outside: one input and its power-conjugate output.
+
+        Vectors are in the fixed frame of the diagram. A port that is joined is exposed together with its
+        junction: a force from outside acts on the joint.
+
+        Parameters
+        ----------
+        port : Port
+            Such as ``beam.end.translation``.
+        name : str
+            Of input and output; components get ".x", ".y".
+        imposes : str, optional
+            What the outside imposes, by name, such as "force" or "velocity"; by default the summed quantity
+            (force, moment), unless the port can only take the common one (velocity).
+
+        Raises
+        ------
+        DuplicateNameError
+            If the name is in use.
+        DataError
+            If the domain of the port has no such quantity.
+        ForeignBlockError
+            If the block is not in the diagram.
+        ArgumentTypeError
+            If it is not a port.
+        """
+        self._require_port("expose", port)
+        if any(e.name == name for e in self.network.exposed):
+            raise DuplicateNameError(
+                f"diagram {self.name!r}", expected="a name not in use", got=repr(name), fix="Choose another name."
+            )
+        common, summed = port.domain.common.name, port.domain.summed.name
+        if imposes not in (None, common, summed):
+            raise DataError(
+                f"expose {port.path}",
+                expected=f'imposes="{summed}" or imposes="{common}"',
+                got=repr(imposes),
+                fix="Name one of the two quantities of the port.",
+            )
+        if imposes is None:
+            choices, _ = port.block.choices()
+            gives = not next(c.may_give for c in choices if c.port is port)
+        else:
+            gives = imposes == common
+        self.network.exposed.append(Exposure(name, port, gives))
+
+    def check(self) -> CausalityReport:
+        """Find out who gives and who takes at every junction.
+
+        Returns
+        -------
+        CausalityReport
+            Also for a diagram that is not causal; it prints as a table.
+        """
+        return assign_causality(self.network)
+
+    def compile(self, outputs: Outputs = "all") -> System:
+        """Assemble the diagram.
+
+        Parameters
+        ----------
+        outputs : {"all", None}, optional
+            "all" keeps orientations and positions of all blocks for reading; ``None`` keeps only what the
+            physics needs (orientations where frames turn against each other, positions where gravity acts).
+
+        Returns
+        -------
+        System
+            Matrices, names and units.
+
+        Raises
+        ------
+        CausalityError
+            If the diagram is not causal.
+        StructureError
+            If the matrices violate the port-Hamiltonian structure.
+        """
+        report = self.check()
+        report.raise_if_impossible()
+        return assemble(self.network, report, outputs)
+
+    def _join(self, verb: str, ports: Sequence[Port]) -> None:
+        for port in ports:
+            self._require_port(verb, port)
+        if len(ports) < 2:
+            raise DataError(verb, expected="at least two", got=str(len(ports)), fix="Name all that meet there.")
+        first = ports[0]
+        for port in ports[1:]:
+            if port.domain != first.domain:
+                raise PortTypeError(
+                    f"{verb} {first.path} to {port.path}",
+                    expected=f"a port of {first.domain.summed.name}/{first.domain.common.name}",
+                    got=f"one of {port.domain.summed.name}/{port.domain.common.name}",
+                    fix="Join ports of the same domain; weld() joins both ports of two anchors.",
+                )
+        self._require_unused(ports)
+        self.network.join(Junction(tuple(ports), f"{verb} at {call_site()}"))
+
+    def _require_port(self, verb: str, port: object) -> None:
+        if not isinstance(port, Port):
+            hint = " Name one of its ports, .translation or .rotation." if isinstance(port, Anchor) else ""
+            raise ArgumentTypeError(
+                verb, expected="a port such as beam.end.translation", got=repr(port), fix="Give a port." + hint
+            )
+        self._require_member(port.block, port.path)
+
+    def _require_member(self, block: Block, path: str) -> None:
+        if self.network.blocks.get(block.name) is not block:
+            raise ForeignBlockError(
+                path,
+                expected=f"a block of diagram {self.name!r}",
+                got=f"{block!r}, which is not in it",
+                fix="Call add() first.",
+            )
+
+    def _require_unused(self, ports: Sequence[Port]) -> None:
+        used = self.network.junction_of
+        for i, port in enumerate(ports):
+            if port.block.shared:
+                continue
+            if port in ports[:i] or port in used:
+                raise PortInUseError(
+                    port.path,
+                    expected="a port that is not joined yet",
+                    got=f"one joined in [{used[port].name}] ({used[port].made_by})" if port in used else "it twice",
+                    fix="Where more than two parts meet, name them all in one call: pin(a, b, c).",
+                )
+
+    def _require_together(self, verb: str, anchors: Sequence[Anchor]) -> None:
+        for anchor in anchors:
+            if not isinstance(anchor, Anchor):
+                raise ArgumentTypeError(
+                    verb, expected="an anchor such as beam.end", got=repr(anchor), fix="Give anchors, not blocks."
+                )
+            self._require_member(anchor.block, anchor.path)
+        placed = [(a, a.position) for a in anchors if a.position is not None]
+        for anchor, position in placed[1:]:
+            first, here = placed[0]
+            distance = float(np.linalg.norm(position - here))
+            if distance > GAP_TOLERANCE * (1.0 + float(np.abs(here).max())):
+                raise GapError(
+                    f"{verb} {first.path} and {anchor.path}",
+                    expected="anchors in the same place",
+                    got=f"{here.tolist()} and {position.tolist()}, {distance:.6g} m apart",
+                    fix="Correct the coordinates.",
+                )

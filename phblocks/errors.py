@@ -1,0 +1,102 @@
+"""What can go wrong, and how it is said: where, expected, got, what to do.
+
+Every error of the library derives from :class:`PhblocksError` and from the builtin it is a case of, so both
+``except PhblocksError`` and ``except ValueError`` work.  The ``code`` of a class is stable; see ``docs/errors.md``.
+"""
+
+from __future__ import annotations
+
+
+class PhblocksError(Exception):
+    """Root of all errors raised by phblocks.
+
+    Parameters
+    ----------
+    where : str
+        The block, port, junction or argument concerned.
+    expected : str
+        What would have been right.
+    got : str
+        What was found instead.
+    fix : str
+        What the user can do about it.
+    """
+
+    code = "PH000"
+
+    def __init__(self, where: str, *, expected: str, got: str, fix: str) -> None:
+        self.where = where
+        self.expected = expected
+        self.got = got
+        self.fix = fix
+        super().__init__(f"[{self.code}] {where}: expected {expected}, got {got}. {fix}")
+
+    def __str__(self) -> str:
+        """Return the message as it is (``KeyError`` would quote it)."""
+        return str(self.args[0])
+
+
+class DataError(PhblocksError, ValueError):
+    """A number or array given to a block, a diagram or a simulation is out of its range."""
+
+    code = "PH101"
+
+
+class ArgumentTypeError(PhblocksError, TypeError):
+    """An argument is of the wrong kind."""
+
+    code = "PH102"
+
+
+class DuplicateNameError(PhblocksError, ValueError):
+    """Two blocks, or two exposed ports, of one diagram carry the same name."""
+
+    code = "PH201"
+
+
+class UnknownNameError(PhblocksError, LookupError):
+    """A block, port, field or input is asked for that does not exist."""
+
+    code = "PH202"
+
+
+class ForeignBlockError(PhblocksError, ValueError):
+    """A block is joined in a diagram it was not added to."""
+
+    code = "PH203"
+
+
+class PortTypeError(PhblocksError, TypeError):
+    """Ports of different domains are joined."""
+
+    code = "PH204"
+
+
+class PortInUseError(PhblocksError, ValueError):
+    """A port is joined a second time."""
+
+    code = "PH205"
+
+
+class GapError(PhblocksError, ValueError):
+    """Two anchors are joined that are not in the same place."""
+
+    code = "PH206"
+
+
+class CausalityError(PhblocksError, ValueError):
+    """No assignment of who gives and who takes makes the diagram causal."""
+
+    code = "PH301"
+
+
+class StructureError(PhblocksError, ValueError):
+    """Matrices violate the port-Hamiltonian structure (skewness, symmetry, definiteness)."""
+
+    code = "PH401"
+
+
+class ExportError(PhblocksError, ValueError):
+    """A file cannot be written in the form asked for."""
+
+    code = "PH501"

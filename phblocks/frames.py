@@ -1,0 +1,88 @@
+"""Rotations in the plane as linear combinations of features: ``Lambda(alpha) = cos(alpha) 1 + sin(alpha) QUARTER``.
+
+A :class:`Turn` is an angle that depends linearly on the rotation states. What is written here is all that a
+spatial version has to write anew (quaternions; features are then the entries of the rotation matrices).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from phblocks.triplets import Floats
+
+#: Rotation by a quarter turn; the derivative of a planar rotation at the identity.
+QUARTER: Floats = np.array([[0.0, -1.0], [1.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class Turn:
+    """An angle: ``reference + sum of weights * theta[places]``.
+
+    Parameters
+    ----------
+    places : tuple of int
+        Rotation states, ascending.
+    weights : tuple of float
+        Not zero.
+    reference : float
+        Angle at the start, rad.
+    """
+
+    places: tuple[int, ...]
+    weights: tuple[float, ...]
+    reference: float
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the angle is constant."""
+        return not self.places
+
+    def minus(self, other: Turn) -> Turn:
+        """Subtract another angle; rotation states that cancel are dropped.
+
+        Parameters
+        ----------
+        other : Turn
+            The angle to subtract.
+
+        Returns
+        -------
+        Turn
+            The difference.
+        """
+        total = dict(zip(self.places, self.weights, strict=True))
+        for place, weight in zip(other.places, other.weights, strict=True):
+            total[place] = total.get(place, 0.0) - weight
+        kept = sorted((p, w) for p, w in total.items() if w != 0.0)
+        return Turn(tuple(p for p, _ in kept), tuple(w for _, w in kept), self.reference - other.reference)
+
+    def shifted(self, angle: float) -> Turn:
+        """Add a constant.
+
+        Parameters
+        ----------
+        angle : float
+            rad.
+
+        Returns
+        -------
+        Turn
+            The sum.
+        """
+        return Turn(self.places, self.weights, self.reference + angle)
+
+    def matrix(self) -> Floats:
+        """Return the rotation matrix at the start.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (2, 2).
+        """
+        return math.cos(self.reference) * np.eye(2) + math.sin(self.reference) * QUARTER
+
+
+NO_TURN = Turn((), (), 0.0)

@@ -1,0 +1,238 @@
+"""Where everything stands in the assembled system: states, rotation states, inputs, orientation of each anchor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from phblocks.blocks.block import Form
+from phblocks.causality import CausalityReport
+from phblocks.frames import Turn
+from phblocks.network import Exposure, Junction, Network
+from phblocks.ports import Anchor, Port
+from phblocks.system import Input
+from phblocks.triplets import Floats, Ints, Triplets
+
+AXES = "xyz"
+
+
+@dataclass
+class Layout:
+    """Numbering of a network with its causality.
+
+    Parameters
+    ----------
+    network : Network
+        Blocks and junctions.
+    forms : dict of str to Form
+        Every block in its own coordinates.
+    first_state, first_theta : dict of str to int
+        Where the states and rotation states of each block begin.
+    n, n_theta : int
+        Numbers of states and rotation states, those driven from outside included.
+    theta_rows, theta_states : numpy.ndarray
+        Rotation states and the states they are the time integrals of.
+    inputs : list of Input
+        All scalar inputs.
+    first_input : dict of str to int
+        Where the inputs of each exposure begin.
+    port_gives : dict of Port to bool
+        The assignment.
+    junction_of : dict of Port to Junction
+        Where each port is joined; the ground's left out.
+    """
+
+    network: Network
+    forms: dict[str, Form]
+    first_state: dict[str, int]
+    first_theta: dict[str, int]
+    n: int
+    n_theta: int
+    theta_rows: Ints
+    theta_states: Ints
+    inputs: list[Input]
+    first_input: dict[str, int]
+    port_gives: dict[Port, bool]
+    junction_of: dict[Port, Junction]
+    _driven: dict[Exposure, int] = field(default_factory=dict)
+    _turns: dict[Anchor, Turn] = field(default_factory=dict)
+    _numbers: dict[str, int] = field(default_factory=dict)
+
+    def gives(self, port: Port) -> bool:
+        """Tell whether a port gives the common quantity.
+
+        Parameters
+        ----------
+        port : Port
+            The port.
+
+        Returns
+        -------
+        bool
+            True if it gives velocity and takes force.
+        """
+        return self.port_gives[port]
+
+    def block_number(self, name: str) -> int:
+        """Number of a block in the order of adding.
+
+        Parameters
+        ----------
+        name : str
+            Of the block.
+
+        Returns
+        -------
+        int
+            Its number.
+        """
+        if not self._numbers:
+            self._numbers.update({block: i for i, block in enumerate(self.forms)})
+        return self._numbers[name]
+
+    def output(self, port: Port) -> Triplets:
+        """Return what a port gives, as rows over all states.
+
+        Parameters
+        ----------
+        port : Port
+            The port.
+
+        Returns
+        -------
+        Triplets
+            Shape (components, n).
+        """
+        name = port.block.name
+        return self.forms[name].ports[port.name].output.shifted(0, self.first_state[name])
+
+    def orientation(self, port: Port) -> Turn:
+        """Return the orientation of the anchor of a port.
+
+        Parameters
+        ----------
+        port : Port
+            A mechanical port.
+
+        Returns
+        -------
+        Turn
+            In terms of all rotation states.
+        """
+        assert port.anchor is not None
+        return self._orientation(port.anchor)
+
+    def _orientation(self, anchor: Anchor) -> Turn:
+        if anchor not in self._turns:
+            rows = self.forms[anchor.block.name].orientations[anchor.name]
+            if rows is not None:
+                first = self.first_theta[anchor.block.name]
+                places, weights = first + rows.rows.indices[1], rows.rows.values
+                turn = Turn(tuple(places.tolist()), tuple(weights.tolist()), float(rows.reference[0]))
+            else:
+                turn = self._taken(anchor)
+            self._turns[anchor] = turn
+        return self._turns[anchor]
+
+    def _taken(self, anchor: Anchor) -> Turn:
+        """Follow the angular velocity that an anchor takes to its source: it turns with that."""
+        junction = self.junction_of[anchor.rotation]
+        for port in junction.ports:
+            if self.gives(port) and port.anchor is not None:
+                source = self._orientation(port.anchor)
+                return source.shifted(anchor.angle - source.reference)
+        exposure = next(e for e in junction.exposures if e.gives)
+        if exposure not in self._driven:
+            self._driven[exposure] = self.n_theta
+            self.n_theta += 1
+        return Turn((self._driven[exposure],), (1.0,), anchor.angle)
+
+    def driven_rows(self) -> tuple[Ints, Ints]:
+        """List the rotation states that inputs drive.
+
+        Returns
+        -------
+        rows, inputs : numpy.ndarray
+            The rotation state and the input whose time integral it is.
+        """
+        rows = list(self._driven.values())
+        inputs = [self.first_input[e.name] for e in self._driven]
+        return np.array(rows, dtype=np.int64), np.array(inputs, dtype=np.int64)
+
+    def anchor_angles(self, place: Ints) -> dict[str, tuple[Ints, Floats, float]]:
+        """List the orientation of every anchor in terms of the rotation states that are kept.
+
+        Parameters
+        ----------
+        place : numpy.ndarray
+            New number of each rotation state, -1 if dropped.
+
+        Returns
+        -------
+        dict
+            Path of the anchor -> places, weights, initial angle; anchors that turn with a dropped rotation
+            state are left out.
+        """
+        result = {}
+        for anchor, turn in self._turns.items():
+            places = place[np.array(turn.places, dtype=np.int64)]
+            if (places >= 0).all():
+                result[anchor.path] = (places, np.array(turn.weights), turn.reference)
+        return result
+
+
+def lay_out(network: Network, report: CausalityReport) -> Layout:
+    """Reduce all blocks to their forms and number everything.
+
+    Parameters
+    ----------
+    network : Network
+        Blocks and junctions.
+    report : CausalityReport
+        Who gives and who takes.
+
+    Returns
+    -------
+    Layout
+        With the orientation of every anchor found.
+    """
+    gives: dict[str, dict[str, bool]] = {name: {} for name in network.blocks}
+    for a in report.assignments:
+        gives[a.port.block.name][a.port.name] = a.gives
+    forms = {name: block.form(gives[name]) for name, block in network.blocks.items()}
+    first_state = _firsts(forms, [form.size for form in forms.values()])
+    first_theta = _firsts(forms, [form.rotation_states.size for form in forms.values()])
+    theta_states = np.concatenate([first_state[name] + f.rotation_states for name, f in forms.items()])
+    inputs: list[Input] = []
+    first_input = {}
+    for exposure in network.exposed:
+        first_input[exposure.name] = len(inputs)
+        domain = exposure.port.domain
+        components = domain.components(network.space)
+        imposed, answered = (domain.common, domain.summed) if exposure.gives else (domain.summed, domain.common)
+        for c in components:
+            name = exposure.name if len(components) == 1 else f"{exposure.name}.{AXES[c]}"
+            inputs.append(Input(name, imposed, answered, exposure.name))
+    layout = Layout(
+        network=network,
+        forms=forms,
+        first_state=first_state,
+        first_theta=first_theta,
+        n=sum(form.size for form in forms.values()),
+        n_theta=theta_states.size,
+        theta_rows=np.arange(theta_states.size),
+        theta_states=theta_states,
+        inputs=inputs,
+        first_input=first_input,
+        port_gives={a.port: a.gives for a in report.assignments},
+        junction_of={port: j for j in network.junctions() for port in j.ports if not port.block.shared},
+    )
+    for block in network.blocks.values():
+        for anchor in block.anchors.values():
+            layout._orientation(anchor)
+    return layout
+
+
+def _firsts(forms: dict[str, Form], sizes: list[int]) -> dict[str, int]:
+    return dict(zip(forms, np.concatenate([[0], np.cumsum(sizes)])[:-1].astype(int).tolist(), strict=True))

@@ -1,0 +1,153 @@
+"""Ports: where a block exchanges power, and with which pair of quantities.
+
+The product of the two quantities of a domain is a power.  At a junction the *common* one (a velocity) is the
+same on all ports and the *summed* one (a force) adds up to zero.  A port **gives** one of the two and **takes**
+the other.  Power counts as positive into the block: force on the block times velocity of the block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from phblocks.space import Space
+from phblocks.triplets import Floats
+
+if TYPE_CHECKING:
+    from phblocks.blocks.block import Block
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A physical quantity.
+
+    Parameters
+    ----------
+    name : str
+        As in messages and tables.
+    unit : str
+        SI unit.
+    """
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Domain:
+    """A pair of quantities whose product is a power in watt.
+
+    Parameters
+    ----------
+    name : str
+        As in messages and tables.
+    common : Quantity
+        The one that all ports of a junction share (velocity, angular velocity, voltage).
+    summed : Quantity
+        The one that adds up to zero over a junction (force, moment, current).
+    turns_with : {"translation", "rotation"} or None
+        Which components of space the values are; ``None`` for scalars, which no rotation touches.
+    """
+
+    name: str
+    common: Quantity
+    summed: Quantity
+    turns_with: str | None = None
+
+    def components(self, space: Space) -> tuple[int, ...]:
+        """Return the components that a port of this domain has.
+
+        Parameters
+        ----------
+        space : Space
+            The components of the model.
+
+        Returns
+        -------
+        tuple of int
+            Indices of directions; ``(0,)`` for a scalar.
+        """
+        if self.turns_with is None:
+            return (0,)
+        return space.translation if self.turns_with == "translation" else space.rotation
+
+
+TRANSLATION = Domain("translation", Quantity("velocity", "m/s"), Quantity("force", "N"), "translation")
+ROTATION = Domain("rotation", Quantity("angular velocity", "rad/s"), Quantity("moment", "N m"), "rotation")
+
+
+@dataclass(frozen=True, eq=False)
+class Port:
+    """One place where a block exchanges power.
+
+    Parameters
+    ----------
+    block : Block
+        The owner.
+    name : str
+        Unique in the block, such as ``"start.translation"``.
+    domain : Domain
+        The pair of quantities.
+    anchor : Anchor or None
+        The place on the block that the port belongs to, for mechanical ports.
+    """
+
+    block: Block
+    name: str
+    domain: Domain
+    anchor: Anchor | None = None
+
+    @property
+    def path(self) -> str:
+        """Block and port, as in messages: ``"crank.start.translation"``."""
+        return f"{self.block.name}.{self.name}"
+
+    def __repr__(self) -> str:
+        """Return the path and the pair of quantities."""
+        return f"<{self.path}: {self.domain.summed.name}/{self.domain.common.name}>"
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """A place on a block with its mechanical ports.
+
+    Parameters
+    ----------
+    block : Block
+        The owner.
+    name : str
+        Unique in the block, such as ``"start"``.
+    position : numpy.ndarray or None
+        Initial place, shape (dimension,), m; ``None`` if it is wherever it is needed (the ground).
+    angle : float
+        Initial orientation of the material frame in the plane, rad.
+    """
+
+    block: Block
+    name: str
+    position: Floats | None
+    angle: float = 0.0
+    translation: Port = field(init=False)
+    rotation: Port = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Make the two ports."""
+        object.__setattr__(
+            self, "translation", Port(self.block, f"{self.name}.translation", TRANSLATION, self)
+        )
+        object.__setattr__(self, "rotation", Port(self.block, f"{self.name}.rotation", ROTATION, self))
+
+    @property
+    def ports(self) -> Sequence[Port]:
+        """Both ports: translation and rotation."""
+        return (self.translation, self.rotation)
+
+    @property
+    def path(self) -> str:
+        """Block and anchor, as in messages: ``"crank.start"``."""
+        return f"{self.block.name}.{self.name}"
+
+    def __repr__(self) -> str:
+        """Return the path."""
+        return f"<anchor {self.path}>"

@@ -1,0 +1,94 @@
+"""Verification of the port-Hamiltonian structure of an assembled system."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from phblocks.errors import StructureError
+from phblocks.system import System
+from phblocks.triplets import Floats
+
+TOLERANCE = 1e-12
+
+
+def check_structure(system: System) -> None:
+    """Verify that E is symmetric and positive definite, R symmetric and semidefinite, and J skew.
+
+    J is checked at a pseudo-random state and configuration, which exercises all of J0, T and K.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+
+    Raises
+    ------
+    StructureError
+        Naming the matrix and the states concerned.
+    """
+    for name, matrix in (("E", system.E), ("R", system.R)):
+        _require_small(system, name, "symmetric", matrix - matrix.T, matrix)
+    random = np.random.default_rng(0)
+    x, theta = random.standard_normal(system.n), random.standard_normal(system.start.theta.size)
+    # scaled by the square root of the energy, so that forces and velocities are of one size
+    J = system.J(x / np.sqrt(_diagonal(system)), theta)
+    _require_small(system, "J", "skew", J + J.T, J)
+    _require_definite(system, "E", system.E, strictly=True)
+    _require_definite(system, "R", system.R, strictly=False)
+
+
+def _diagonal(system: System) -> Floats:
+    diagonal = system.E.diagonal()
+    bad = np.flatnonzero(~(diagonal > 0.0))
+    if bad.size:
+        raise StructureError(
+            f"E of system {system.name!r}",
+            expected="positive diagonal entries",
+            got=f"{diagonal[bad[0]]!r} at {system.state_names[bad[0]]}",
+            fix="Every state needs an inertia or a compliance > 0.",
+        )
+    return diagonal
+
+
+def _require_small(system: System, name: str, what: str, defect: sp.csr_array, matrix: sp.csr_array) -> None:
+    size = np.abs(matrix.data).max() if matrix.nnz else 0.0
+    entries = defect.tocoo()
+    bad = np.flatnonzero(~(np.abs(entries.data) <= TOLERANCE * size))
+    if bad.size:
+        i, j = (int(axis[bad[0]]) for axis in entries.coords)
+        raise StructureError(
+            f"{name} of system {system.name!r}",
+            expected=f"a {what} matrix",
+            got=f"a defect of {entries.data[bad[0]]:.3g} at ({system.state_names[i]}, {system.state_names[j]})",
+            fix="Check the matrices of the block these states belong to.",
+        )
+
+
+def _require_definite(system: System, name: str, matrix: sp.csr_array, *, strictly: bool) -> None:
+    """Banded Cholesky after scaling to unit diagonal; a semidefinite matrix is shifted by round-off first."""
+    from scipy.linalg import LinAlgError, cholesky_banded
+    from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+    if not matrix.nnz:
+        return
+    diagonal = matrix.diagonal()
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    order = reverse_cuthill_mckee(sp.csr_matrix(matrix), symmetric_mode=True)
+    scaled = sp.coo_array((sp.diags_array(scale) @ matrix @ sp.diags_array(scale)).tocsr()[order][:, order])
+    row, column = scaled.coords
+    upper = column >= row
+    width = int((column - row).max(initial=0))
+    band = np.zeros((width + 1, system.n))
+    band[width + (row - column)[upper], column[upper]] = scaled.data[upper]
+    if not strictly:
+        band[width] += 1e-10
+    try:
+        cholesky_banded(band)
+    except LinAlgError:
+        raise StructureError(
+            f"{name} of system {system.name!r}",
+            expected="a positive definite matrix" if strictly else "a positive semidefinite matrix",
+            got="one with a negative or zero direction",
+            fix="Check the inertias, compliances and dampings of the blocks.",
+        ) from None

@@ -1,0 +1,455 @@
+"""The assembled port-Hamiltonian system: constant sparse arrays, and how the configuration modulates them.
+
+    E x' = (J(x, theta) - R) z + gravity(theta) + G(theta) u      z = Q x,  Q = 1
+    theta' = rates z + input_rates u                              (orientations: time integrals of spins)
+    y = G(theta)^T z,     H = 1/2 x^T E x  (+ potential energy of gravity)
+
+The configuration enters through *features* only, ``phi(theta) = [1, cos alpha, sin alpha]`` with
+``alpha = alpha0 + P theta``: relative angles at joints, angles of ports in the fixed frame and of material
+points.  Everything is linear in them:
+
+    J(x, theta) = J0 + T x + K phi,    G(theta) = G0 + K_u phi,    gravity = K_g phi
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from phblocks.blocks.block import Form
+from phblocks.errors import UnknownNameError
+from phblocks.ports import Quantity
+from phblocks.triplets import Floats, Ints, Triplets
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything that evolves.
+
+    Parameters
+    ----------
+    x : numpy.ndarray
+        Energy states, shape (n,).
+    theta : numpy.ndarray
+        Rotation states, shape (n_theta,), rad: turned since the start.
+    points : numpy.ndarray
+        Positions of the tracked material points, shape (n_points, dimension), m.
+    """
+
+    x: Floats
+    theta: Floats
+    points: Floats
+
+
+@dataclass(frozen=True)
+class Part:
+    """A block in the system.
+
+    Parameters
+    ----------
+    name : str
+        Of the block.
+    form : Form
+        Its matrices and read-outs in its own coordinates.
+    states : slice
+        Its states in x.
+    theta : numpy.ndarray
+        For each of its rotation states the place in theta, or -1 if it is not kept.
+    points : slice
+        Its material points among the tracked ones; empty if they are not tracked.
+    """
+
+    name: str
+    form: Form
+    states: slice
+    theta: Ints
+    points: slice
+
+
+@dataclass(frozen=True)
+class Input:
+    """One scalar input with its conjugate output.
+
+    Parameters
+    ----------
+    name : str
+        Of both; components end in ".x", ".y".
+    imposed : Quantity
+        What the outside imposes: the input u.
+    answered : Quantity
+        What it gets back: the output y; y times u is the power supplied.
+    exposure : str
+        Name given in ``expose``.
+    """
+
+    name: str
+    imposed: Quantity
+    answered: Quantity
+    exposure: str
+
+
+@dataclass(frozen=True)
+class Angles:
+    """The angles that modulate the system: ``alpha = reference + rows @ theta``.
+
+    Parameters
+    ----------
+    rows : scipy.sparse.csr_array
+        P, shape (n_angles, n_theta).
+    reference : numpy.ndarray
+        alpha0, shape (n_angles,), rad.
+    """
+
+    rows: sp.csr_array
+    reference: Floats
+
+    def at(self, theta: Floats) -> Floats:
+        """Evaluate the angles.
+
+        Parameters
+        ----------
+        theta : numpy.ndarray
+            Rotation states, shape (n_theta,) or (n_theta, m).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n_angles,) or (n_angles, m), rad.
+        """
+        reference = self.reference if theta.ndim == 1 else self.reference[:, None]
+        return np.asarray(self.rows @ theta + reference)
+
+    def features(self, theta: Floats) -> Floats:
+        """Evaluate ``phi = [1, cos alpha, sin alpha]``.
+
+        Parameters
+        ----------
+        theta : numpy.ndarray
+            Rotation states, shape (n_theta,) or (n_theta, m).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (1 + 2 n_angles,) or (1 + 2 n_angles, m).
+        """
+        alpha = self.at(theta)
+        return np.concatenate([np.ones_like(alpha, shape=(1, *alpha.shape[1:])), np.cos(alpha), np.sin(alpha)])
+
+
+@dataclass(frozen=True)
+class Connections:
+    """Power flows between blocks: what each taking port does at a junction, entry by entry.
+
+    Parameters
+    ----------
+    names : tuple of tuple of str
+        (giving port, taking port) of each connection.
+    blocks : numpy.ndarray
+        Shape (n_connections, 2): number of the giving and of the taking block.
+    number : numpy.ndarray
+        Connection of each entry.
+    entries : Triplets
+        Order three (row, column, feature): rows are states of the taking block, columns of the giving one; the
+        negative transpose is the reaction.
+    """
+
+    names: tuple[tuple[str, str], ...]
+    blocks: Ints
+    number: Ints
+    entries: Triplets
+
+
+@dataclass(frozen=True)
+class System:
+    """A diagram in matrices.
+
+    Parameters
+    ----------
+    name : str
+        Of the diagram.
+    dimension : int
+        Number of coordinates of a point.
+    gravity : numpy.ndarray
+        Acceleration, shape (dimension,), m/s^2.
+    parts : tuple of Part
+        The blocks.
+    inputs : tuple of Input
+        The exposed ports, one entry for each component.
+    E, J0, R : scipy.sparse.csr_array
+        Shape (n, n): symmetric positive, skew, symmetric semidefinite. J0 includes the joints that do not turn.
+    T : scipy.sparse.coo_array
+        Shape (n, n, n), skew in the first two axes: ``J(x) = J0 + sum_k T[:, :, k] x[k]``.
+    G0 : scipy.sparse.csr_array
+        Constant part of the input matrix, shape (n, n_inputs).
+    angles : Angles
+        The angles that modulate K, K_u and K_g.
+    K : Triplets
+        Shape (n, n, n_features): joints that turn, skew in the first two axes.
+    K_u : Triplets
+        Shape (n, n_inputs, n_features): inputs in the fixed frame.
+    K_g : Triplets
+        Shape (n, n_features): gravity.
+    rates, input_rates : scipy.sparse.csr_array
+        Shape (n_theta, n) and (n_theta, n_inputs): theta' = rates x + input_rates u.
+    connections : Connections
+        Who exchanges power with whom.
+    anchor_angles : mapping of str to (numpy.ndarray, numpy.ndarray, float)
+        Orientation of each anchor: places in theta, weights, initial angle (rad).
+    point_mass : numpy.ndarray
+        Mass of each tracked material point, shape (n_points,), kg.
+    point_velocity : scipy.sparse.csr_array
+        Shape (n_points * dimension, n): their material velocities.
+    point_angles : Angles
+        Their orientations.
+    start : State
+        The initial configuration, at rest.
+    report : object
+        The causality report the system was assembled from.
+    """
+
+    name: str
+    dimension: int
+    gravity: Floats
+    parts: tuple[Part, ...]
+    inputs: tuple[Input, ...]
+    E: sp.csr_array
+    J0: sp.csr_array
+    R: sp.csr_array
+    T: sp.coo_array
+    G0: sp.csr_array
+    angles: Angles
+    K: Triplets
+    K_u: Triplets
+    K_g: Triplets
+    rates: sp.csr_array
+    input_rates: sp.csr_array
+    connections: Connections
+    anchor_angles: dict[str, tuple[Ints, Floats, float]]
+    point_mass: Floats
+    point_velocity: sp.csr_array
+    point_angles: Angles
+    start: State
+    report: object = field(repr=False)
+
+    @property
+    def n(self) -> int:
+        """Number of energy states, the unknowns of a step."""
+        return int(self.E.shape[0])
+
+    @property
+    def n_inputs(self) -> int:
+        """Number of scalar inputs."""
+        return len(self.inputs)
+
+    @property
+    def n_features(self) -> int:
+        """Number of features of the configuration."""
+        return 1 + 2 * self.angles.reference.size
+
+    @cached_property
+    def Q(self) -> sp.csr_array:
+        """The identity: states are co-energy variables."""
+        return sp.csr_array(sp.eye_array(self.n))
+
+    @property
+    def linear(self) -> bool:
+        """Whether J and G are constant and gravity does not turn: one factorisation serves all steps."""
+        return self.T.nnz == 0 and not any(k.values.size for k in (self.K, self.K_u, self.K_g))
+
+    @cached_property
+    def state_names(self) -> tuple[str, ...]:
+        """Name of each state: block, field, component and number along the block, such as ``crank.V1[0]``."""
+        return tuple(
+            f"{part.name}.{run.field}[{i}]"
+            for part in self.parts
+            for run in part.form.runs
+            for i in range(run.positions.size)
+        )
+
+    @cached_property
+    def state_units(self) -> tuple[str, ...]:
+        """SI unit of each state."""
+        return tuple(r.unit for p in self.parts for r in p.form.runs for _ in range(r.positions.size))
+
+    @cached_property
+    def state_positions(self) -> Floats:
+        """Place of each state along its block, shape (n,), m from the start."""
+        return np.concatenate([run.positions for part in self.parts for run in part.form.runs] or [np.empty(0)])
+
+    @cached_property
+    def energy_kinds(self) -> tuple[str, ...]:
+        """Kinds of energy the states store, such as ``("kinetic", "strain")``."""
+        return tuple(dict.fromkeys(run.energy for part in self.parts for run in part.form.runs))
+
+    @cached_property
+    def energy_kind_of_state(self) -> Ints:
+        """For each state its place in :attr:`energy_kinds`, shape (n,)."""
+        kinds = {kind: i for i, kind in enumerate(self.energy_kinds)}
+        runs = [run for part in self.parts for run in part.form.runs]
+        return np.repeat([kinds[r.energy] for r in runs], [r.positions.size for r in runs]).astype(np.int64)
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Name of each input."""
+        return tuple(i.name for i in self.inputs)
+
+    @property
+    def output_names(self) -> tuple[str, ...]:
+        """Name of each output: that of the input it is conjugate to, and the quantity."""
+        return tuple(f"{i.name} {i.answered.name}" for i in self.inputs)
+
+    def part(self, name: str) -> Part:
+        """Look up a block.
+
+        Parameters
+        ----------
+        name : str
+            Of the block.
+
+        Returns
+        -------
+        Part
+            Its form and its place in the system.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such block.
+        """
+        for part in self.parts:
+            if part.name == name:
+                return part
+        known = ", ".join(p.name for p in self.parts)
+        raise UnknownNameError(f"system {self.name!r}", expected=f"one of {known}", got=repr(name), fix="Check the name.")
+
+    def J(self, x: Floats | None = None, theta: Floats | None = None) -> sp.csr_array:
+        """Evaluate the structure matrix.
+
+        Parameters
+        ----------
+        x : numpy.ndarray, optional
+            Energy states, shape (n,); zero by default.
+        theta : numpy.ndarray, optional
+            Rotation states, shape (n_theta,); the initial configuration by default.
+
+        Returns
+        -------
+        scipy.sparse.csr_array
+            J(x, theta), shape (n, n), skew.
+        """
+        theta = self.start.theta if theta is None else theta
+        joints = contract(self.K, self.angles.features(theta), self.J0.shape)
+        products = sp.csr_array(self.J0.shape) if x is None else contract(_triplets(self.T), x, self.J0.shape)
+        return sp.csr_array(self.J0 + products + joints)
+
+    def G(self, theta: Floats | None = None) -> sp.csr_array:
+        """Evaluate the input matrix.
+
+        Parameters
+        ----------
+        theta : numpy.ndarray, optional
+            Rotation states, shape (n_theta,); the initial configuration by default.
+
+        Returns
+        -------
+        scipy.sparse.csr_array
+            G(theta), shape (n, n_inputs); the outputs are ``G^T x``.
+        """
+        theta = self.start.theta if theta is None else theta
+        return sp.csr_array(self.G0 + contract(self.K_u, self.angles.features(theta), self.G0.shape))
+
+    def gravity_force(self, theta: Floats | None = None) -> Floats:
+        """Evaluate the generalised force of gravity.
+
+        Parameters
+        ----------
+        theta : numpy.ndarray, optional
+            Rotation states, shape (n_theta,); the initial configuration by default.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n,).
+        """
+        theta = self.start.theta if theta is None else theta
+        return np.asarray(self.K_g.csr((self.n, self.n_features)) @ self.angles.features(theta))
+
+    def force(self, x: Floats, theta: Floats | None = None, u: Floats | None = None) -> Floats:
+        """Evaluate the right-hand side of ``E x' = ...``.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Energy states, shape (n,).
+        theta : numpy.ndarray, optional
+            Rotation states, shape (n_theta,); the initial configuration by default.
+        u : numpy.ndarray, optional
+            Inputs, shape (n_inputs,); zero by default.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n,).
+        """
+        result = (self.J(x, theta) - self.R) @ x + self.gravity_force(theta)
+        return np.asarray(result if u is None else result + self.G(theta) @ u)
+
+    def energy(self, x: Floats) -> float:
+        """Evaluate the stored energy, without the potential of gravity.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Energy states, shape (n,).
+
+        Returns
+        -------
+        float
+            ``1/2 x^T E x``, J.
+        """
+        return float(0.5 * x @ (self.E @ x))
+
+
+def contract(tensor: Triplets, vector: Floats, shape: tuple[int, int]) -> sp.csr_array:
+    """Contract the last axis of a sparse third-order tensor with a vector.
+
+    Parameters
+    ----------
+    tensor : Triplets
+        Order three.
+    vector : numpy.ndarray
+        As long as the last axis.
+    shape : tuple of int
+        Lengths of the first two axes.
+
+    Returns
+    -------
+    scipy.sparse.csr_array
+        Of the given shape.
+    """
+    i, j, k = tensor.indices
+    return Triplets((i, j), tensor.values * vector[k]).csr(shape)
+
+
+def _triplets(tensor: sp.coo_array) -> Triplets:
+    return Triplets(tuple(np.asarray(c, dtype=np.int64) for c in tensor.coords), tensor.data)
+
+
+def tensor_triplets(system: System) -> Triplets:
+    """Return T as entries.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+
+    Returns
+    -------
+    Triplets
+        Order three.
+    """
+    return _triplets(system.T)
