@@ -212,7 +212,11 @@ def _solve(
         ]
     ).csr((m, n + k + 2 * m))
     from_outside = np.array([sum(e.gives for e in junction.exposures) for junction in junctions], dtype=float)
-    first, second = ([number[p] for p in ends] for ends in zip(*((t.first, t.second) for t in ties), strict=True)) if ties else ([], [])
+    first, second = (
+        ([number[p] for p in ends] for ends in zip(*((t.first, t.second) for t in ties), strict=True))
+        if ties
+        else ([], [])
+    )
     i = np.arange(k)
     differ = Triplets.join(
         [
@@ -236,9 +240,11 @@ def _solve(
             np.concatenate([upper, switch_limit, np.full(2 * m, np.inf)]),
         ),
         constraints=[
-            LinearConstraint(sp.vstack([one_giver, differ], format="csc"),
-                             np.concatenate([1.0 - from_outside, np.full(2 * k, -np.inf)]),
-                             np.concatenate([1.0 - from_outside, np.zeros(2 * k)])),
+            LinearConstraint(
+                sp.vstack([one_giver, differ], format="csc"),
+                np.concatenate([1.0 - from_outside, np.full(2 * k, -np.inf)]),
+                np.concatenate([1.0 - from_outside, np.zeros(2 * k)]),
+            ),
         ],
     )
     if result.x is None:
@@ -253,7 +259,9 @@ def _conflict(junction: Junction, choices: Mapping[Port, PortChoice]) -> Conflic
     parts = []
     for port in junction.ports:
         choice = choices[port]
-        able = "can only take" if not choice.may_give else "can only give" if not choice.may_take else "may give or take"
+        able = (
+            "can only take" if not choice.may_give else "can only give" if not choice.may_take else "may give or take"
+        )
         parts.append(f"{port.path} {able} {common}")
     parts += [f"outside {e.name!r} {'gives' if e.gives else 'takes'} {common}" for e in junction.exposures]
     return Conflict(junction, f"junction [{junction.name}] ({junction.made_by}): {', '.join(parts)}")
@@ -274,7 +282,7 @@ def _repair(junction: Junction, choices: Mapping[Port, PortChoice], ties: Sequen
                 f"{names[0]} takes {common} and nothing gives it: join it, attach it to the ground, "
                 f'expose it with imposes="{common}", or let its block choose (causality="auto").'
             )
-        return f"Let one of {', '.join(names)} give {common} (for a beam: causality=\"auto\")."
+        return f'Let one of {", ".join(names)} give {common} (for a beam: causality="auto").'
     fixed = [p.path for p in able if not choices[p].may_take]
     fixed += [f"outside {e.name!r}" for e in junction.exposures if e.gives]
     return (

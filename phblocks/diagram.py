@@ -208,7 +208,10 @@ class Diagram:
         self._require_port("expose", port)
         if any(e.name == name for e in self.network.exposed):
             raise DuplicateNameError(
-                f"diagram {self.name!r}", expected="a name not in use", got=repr(name), fix="Choose another name."
+                f"diagram {self.name!r}",
+                expected="a name not in use",
+                got=repr(name),
+                fix="Choose another name.",
             )
         common, summed = port.domain.common.name, port.domain.summed.name
         if imposes not in (None, common, summed):
@@ -281,7 +284,10 @@ class Diagram:
         if not isinstance(port, Port):
             hint = " Name one of its ports, .translation or .rotation." if isinstance(port, Anchor) else ""
             raise ArgumentTypeError(
-                verb, expected="a port such as beam.end.translation", got=repr(port), fix="Give a port." + hint
+                verb,
+                expected="a port such as beam.end.translation",
+                got=repr(port),
+                fix="Give a port." + hint,
             )
         self._require_member(port.block, port.path)
 
@@ -311,7 +317,10 @@ class Diagram:
         for anchor in anchors:
             if not isinstance(anchor, Anchor):
                 raise ArgumentTypeError(
-                    verb, expected="an anchor such as beam.end", got=repr(anchor), fix="Give anchors, not blocks."
+                    verb,
+                    expected="an anchor such as beam.end",
+                    got=repr(anchor),
+                    fix="Give anchors, not blocks.",
                 )
             self._require_member(anchor.block, anchor.path)
         placed = [(a, a.position) for a in anchors if a.position is not None]

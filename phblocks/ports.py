@@ -122,20 +122,28 @@ class Anchor:
         Initial place, shape (dimension,), m; ``None`` if it is wherever it is needed (the ground).
     angle : float
         Initial orientation of the material frame in the plane, rad.
+    place : float
+        Where on the block, in the coordinate by which its read-outs know places (a beam: fraction of length).
+
+    Attributes
+    ----------
+    translation : Port
+        Force and velocity.
+    rotation : Port
+        Moment and angular velocity.
     """
 
     block: Block
     name: str
     position: Floats | None
     angle: float = 0.0
+    place: float = 0.0
     translation: Port = field(init=False)
     rotation: Port = field(init=False)
 
     def __post_init__(self) -> None:
         """Make the two ports."""
-        object.__setattr__(
-            self, "translation", Port(self.block, f"{self.name}.translation", TRANSLATION, self)
-        )
+        object.__setattr__(self, "translation", Port(self.block, f"{self.name}.translation", TRANSLATION, self))
         object.__setattr__(self, "rotation", Port(self.block, f"{self.name}.rotation", ROTATION, self))
 
     @property

@@ -13,7 +13,6 @@ points.  Everything is linear in them:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -84,12 +83,40 @@ class Input:
         What it gets back: the output y; y times u is the power supplied.
     exposure : str
         Name given in ``expose``.
+    common : bool
+        The outside imposes the common quantity (a velocity), not the summed one.
     """
 
     name: str
     imposed: Quantity
     answered: Quantity
     exposure: str
+    common: bool
+
+
+@dataclass(frozen=True)
+class Site:
+    """A place where anchors are joined.
+
+    Parameters
+    ----------
+    name : str
+        The paths of the anchors.
+    places : tuple of (str, float)
+        Block and place on it, for each anchor that is not the ground's.
+    start : numpy.ndarray
+        Initial position, shape (dimension,), m.
+    known : bool
+        The position does not depend on any block: the ground, or an imposed velocity.
+    inputs : tuple of int
+        The inputs that impose the velocity, if any.
+    """
+
+    name: str
+    places: tuple[tuple[str, float], ...]
+    start: Floats
+    known: bool
+    inputs: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -197,6 +224,8 @@ class System:
         Shape (n_theta, n) and (n_theta, n_inputs): theta' = rates x + input_rates u.
     connections : Connections
         Who exchanges power with whom.
+    sites : tuple of Site
+        Where anchors are joined in space.
     anchor_angles : mapping of str to (numpy.ndarray, numpy.ndarray, float)
         Orientation of each anchor: places in theta, weights, initial angle (rad).
     point_mass : numpy.ndarray
@@ -228,6 +257,7 @@ class System:
     rates: sp.csr_array
     input_rates: sp.csr_array
     connections: Connections
+    sites: tuple[Site, ...]
     anchor_angles: dict[str, tuple[Ints, Floats, float]]
     point_mass: Floats
     point_velocity: sp.csr_array
@@ -324,7 +354,9 @@ class System:
             if part.name == name:
                 return part
         known = ", ".join(p.name for p in self.parts)
-        raise UnknownNameError(f"system {self.name!r}", expected=f"one of {known}", got=repr(name), fix="Check the name.")
+        raise UnknownNameError(
+            f"system {self.name!r}", expected=f"one of {known}", got=repr(name), fix="Check the name."
+        )
 
     def J(self, x: Floats | None = None, theta: Floats | None = None) -> sp.csr_array:
         """Evaluate the structure matrix.

@@ -282,6 +282,26 @@ class Form:
         """
         raise UnknownNameError("block", expected="a block with extension", got="none", fix="Ask another block.")
 
+    def mean_chord(self, history: History) -> Floats:
+        """Rebuild the vector from place 0 to the centre of mass from strain and orientation.
+
+        Parameters
+        ----------
+        history : History
+            Of this block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, dimension), m.
+
+        Raises
+        ------
+        UnknownNameError
+            If the block has no extension.
+        """
+        raise UnknownNameError("block", expected="a block with extension", got="none", fix="Ask another block.")
+
 
 class Block(ABC):
     """A part of a diagram.
@@ -298,7 +318,10 @@ class Block(ABC):
     def __init__(self, name: str) -> None:
         if not isinstance(name, str) or not name or "." in name:
             raise DataError(
-                "name of a block", expected="a non-empty text without dots", got=repr(name), fix="Choose another."
+                "name of a block",
+                expected="a non-empty text without dots",
+                got=repr(name),
+                fix="Choose another.",
             )
         self.name = name
 
@@ -347,4 +370,3 @@ class Block(ABC):
     def __repr__(self) -> str:
         """Return kind and name."""
         return f"<{type(self).__name__} {self.name!r}>"
-

@@ -80,11 +80,17 @@ class Beam(Block):
         super().__init__(name)
         if not isinstance(section, Section):
             raise ArgumentTypeError(
-                f"Beam {name!r} section", expected="a Section", got=type(section).__name__, fix="Make a ph.Section."
+                f"Beam {name!r} section",
+                expected="a Section",
+                got=type(section).__name__,
+                fix="Make a ph.Section.",
             )
         if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or not 1 <= degree <= 12:
             raise DataError(
-                f"Beam {name!r} degree", expected="an integer from 1 to 12", got=repr(degree), fix="Use 1, 2 or 3."
+                f"Beam {name!r} degree",
+                expected="an integer from 1 to 12",
+                got=repr(degree),
+                fix="Use 1, 2 or 3.",
             )
         self.section = section
         self.degree = int(degree)
@@ -105,8 +111,8 @@ class Beam(Block):
                 fix="Use at least two elements: the switch needs an interior element boundary.",
             )
         end_angle = self.start_angle + self.curvature * self.length
-        self.start = Anchor(self, "start", self._start, self.start_angle)
-        self.end = Anchor(self, "end", self._end, end_angle)
+        self.start = Anchor(self, "start", self._start, self.start_angle, place=0.0)
+        self.end = Anchor(self, "end", self._end, end_angle, place=1.0)
 
     @property
     def elements(self) -> int:
@@ -272,13 +278,9 @@ def _point(where: str, value: ArrayLike) -> Floats:
             where, expected="coordinates (x, y)", got=repr(value), fix="Give two numbers in m."
         ) from None
     if point.shape == (3,):
-        raise DataError(
-            where, expected="two coordinates", got="three", fix="This version builds planar diagrams only."
-        )
+        raise DataError(where, expected="two coordinates", got="three", fix="This version builds planar diagrams only.")
     if point.shape != (2,) or not np.isfinite(point).all():
-        raise DataError(
-            where, expected="two finite coordinates (x, y)", got=repr(value), fix="Give two numbers in m."
-        )
+        raise DataError(where, expected="two finite coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
     point.setflags(write=False)
     return point
 
@@ -321,9 +323,13 @@ def _fractions(name: str, elements: int | ArrayLike) -> Floats:
         fractions = np.array(elements, dtype=np.float64)
     except (TypeError, ValueError):
         fractions = np.empty(0)
-    if fractions.ndim != 1 or fractions.size < 2 or fractions[0] != 0.0 or fractions[-1] != 1.0 or not (
-        np.diff(fractions) > 0.0
-    ).all():
+    if (
+        fractions.ndim != 1
+        or fractions.size < 2
+        or fractions[0] != 0.0
+        or fractions[-1] != 1.0
+        or not (np.diff(fractions) > 0.0).all()
+    ):
         raise DataError(
             where,
             expected="fractions that rise from 0 to 1",

@@ -115,13 +115,13 @@ class BeamForm(Form):
             )
         elements, xi = self._locate(place)
         if self.mesh.segments[self.mesh.segment_of(int(elements[0]))].variant.velocity:
-            return np.einsum("tmd,m->td", history.points, self._projection(elements, xi))
-        e, q = int(elements[0]), gauss(self.mesh.degree + 1)
-        mean = np.einsum("tqd,q->td", history.points[:, e * q[0].size : (e + 1) * q[0].size], q[1])
-        whole = self._tangents(history, np.full(q[0].size, e), q[0])
-        part = self._tangents(history, np.full(q[0].size, e), q[0] * xi[0])
-        h = self.mesh.lengths[e]
-        return mean + h * (xi[0] * np.einsum("tqd,q->td", part, q[1]) - np.einsum("tqd,q->td", whole, q[1] * (1 - q[0])))
+            return _weighted(history.points, self._projection(elements, xi))
+        e, (nodes, weights), h = int(elements[0]), gauss(self.mesh.degree + 1), self.mesh.lengths[int(elements[0])]
+        same = np.full(nodes.size, e)
+        mean = _weighted(history.points[:, e * nodes.size : (e + 1) * nodes.size], weights)
+        to_here = xi[0] * _weighted(self._tangents(history, same, nodes * xi[0]), weights)
+        to_mean = _weighted(self._tangents(history, same, nodes), weights * (1.0 - nodes))
+        return mean + h * (to_here - to_mean)
 
     def chord(self, history: History, first: float, second: float) -> Floats:
         """Rebuild the vector between two places, the integral of Lambda (e1 + Gamma); see :meth:`Form.chord`.
@@ -147,7 +147,24 @@ class BeamForm(Form):
         xi = start[:, None] + (width / mesh.lengths)[elements, None] * points
         tangents = self._tangents(history, np.repeat(elements, points.size), xi.ravel())
         sign = 1.0 if second >= first else -1.0
-        return sign * np.einsum("tmd,m->td", tangents, (width[elements, None] * weights).ravel())
+        return sign * _weighted(tangents, (width[elements, None] * weights).ravel())
+
+    def mean_chord(self, history: History) -> Floats:
+        """Rebuild the vector from the start to the centre of mass; see :meth:`Form.mean_chord`.
+
+        Parameters
+        ----------
+        history : History
+            Of this beam.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, 2), m.
+        """
+        elements, xi, weights = quadrature(self.mesh)
+        fraction = (self.mesh.boundaries[elements] + xi * self.mesh.lengths[elements]) / self.mesh.boundaries[-1]
+        return _weighted(self._tangents(history, elements, xi), weights * (1.0 - fraction))
 
     def _locate(self, place: float) -> tuple[Ints, Floats]:
         element, xi = self.mesh.locate(place * self.mesh.boundaries[-1])
@@ -183,7 +200,12 @@ class BeamForm(Form):
         psi = psi[:, used]
         mass = sp.csc_array(psi.T @ (psi * weights[:, None]))
         here = field_rows(self.mesh, "V", 0, elements, xi)[:, used].toarray()[0]
-        return weights * (psi @ np.atleast_1d(spsolve(mass, here)))
+        return np.asarray(weights * (psi @ np.atleast_1d(spsolve(mass, here))))
+
+
+def _weighted(values: Floats, weights: Floats) -> Floats:
+    """Sum of vectors at points, shape (times, points, 2), times weights of the points."""
+    return np.asarray(np.einsum("tmd,m->td", values, weights))
 
 
 def quadrature(mesh: Mesh) -> tuple[Ints, Floats, Floats]:
@@ -307,7 +329,13 @@ def angle_rows(mesh: Mesh, elements: Ints, xi: Floats) -> tuple[sp.csr_array, sp
 
 
 def beam_form(
-    mesh: Mesh, ends: tuple[End, End], *, coefficients: Floats, curvature: float, origin: Floats, start_angle: float
+    mesh: Mesh,
+    ends: tuple[End, End],
+    *,
+    coefficients: Floats,
+    curvature: float,
+    origin: Floats,
+    start_angle: float,
 ) -> BeamForm:
     """Reduce a planar beam to its matrices.
 
@@ -375,9 +403,7 @@ def _material_points(
     velocity = []
     for c, d in enumerate(mesh.space.translation):
         rows = field_triplets(mesh, "V", d, elements, xi)
-        velocity.append(
-            Triplets((rows.indices[0] * mesh.space.dimension + c, rows.indices[1]), rows.values)
-        )
+        velocity.append(Triplets((rows.indices[0] * mesh.space.dimension + c, rows.indices[1]), rows.values))
     angles = start_angle + curvature * place
     spin = field_triplets(mesh, "W", 2, elements, xi).shifted(0, -first_spin)
     return MaterialPoints(

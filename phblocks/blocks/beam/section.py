@@ -264,7 +264,10 @@ class Section:
         inner = outer - require_positive("Section thickness", thickness)
         if inner <= 0.0:
             raise DataError(
-                "Section thickness", expected=f"less than the radius {outer}", got=repr(thickness), fix="Use circle()."
+                "Section thickness",
+                expected=f"less than the radius {outer}",
+                got=repr(thickness),
+                fix="Use circle().",
             )
         second = math.pi * (outer**4 - inner**4) / 4.0
         return cls._isotropic(
@@ -298,7 +301,10 @@ class Section:
         """
         if self.torsion is None and 0 in space.rotation:
             raise DataError(
-                "Section torsion", expected=f"GJ for a {SPATIAL.name} beam", got="none", fix="Give torsion=GJ, N m^2."
+                "Section torsion",
+                expected=f"GJ for a {SPATIAL.name} beam",
+                got="none",
+                fix="Give torsion=GJ, N m^2.",
             )
         (i2, i3), (s2, s3), (b2, b3) = (_pair(n, getattr(self, n)) for n in ("rotary", "shear", "bending"))
         polar = i2 + i3 if self.polar is None else self.polar
@@ -311,7 +317,10 @@ def _pair(name: str, value: object) -> tuple[float, float]:
     if isinstance(value, (tuple, list)):
         if len(value) != 2:
             raise ArgumentTypeError(
-                f"Section {name}", expected="a number or a pair", got=f"{len(value)} values", fix="Give (about 2, about 3)."
+                f"Section {name}",
+                expected="a number or a pair",
+                got=f"{len(value)} values",
+                fix="Give (about 2, about 3).",
             )
         return value[0], value[1]
     return value, value  # type: ignore[return-value]  # require_positive names what is wrong with it

@@ -7,7 +7,7 @@ degree k-1, Lagrange polynomials on Gauss points): the derivative maps the first
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -15,7 +15,7 @@ from numpy.polynomial import legendre
 from phblocks.triplets import Floats
 
 
-@lru_cache(maxsize=None)
+@cache
 def gauss(n: int) -> tuple[Floats, Floats]:
     """Gauss-Legendre quadrature on [0, 1], exact for degree 2n - 1.
 
@@ -52,7 +52,8 @@ class Basis:
 
     def _coefficients(self) -> Floats:
         """Legendre coefficients of each function, one column each."""
-        return np.linalg.inv(legendre.legvander(2.0 * np.array(self.nodes) - 1.0, self.size - 1))
+        inverse = np.linalg.inv(legendre.legvander(2.0 * np.array(self.nodes) - 1.0, self.size - 1))
+        return np.asarray(inverse, dtype=np.float64)
 
     def at(self, points: Floats) -> Floats:
         """Evaluate all functions.
@@ -67,7 +68,8 @@ class Basis:
         numpy.ndarray
             Shape (m, size).
         """
-        return legendre.legvander(2.0 * np.asarray(points) - 1.0, self.size - 1) @ self._coefficients()
+        values = legendre.legvander(2.0 * np.asarray(points) - 1.0, self.size - 1) @ self._coefficients()
+        return np.asarray(values, dtype=np.float64)
 
     def derivative(self, points: Floats) -> Floats:
         """Evaluate the derivatives of all functions with respect to the coordinate in [0, 1].
@@ -83,10 +85,10 @@ class Basis:
             Shape (m, size).
         """
         coefficients = legendre.legder(self._coefficients(), axis=0)
-        return 2.0 * legendre.legval(2.0 * np.asarray(points) - 1.0, coefficients).T
+        return np.asarray(2.0 * legendre.legval(2.0 * np.asarray(points) - 1.0, coefficients).T, dtype=np.float64)
 
 
-@lru_cache(maxsize=None)
+@cache
 def continuous(degree: int) -> Basis:
     """Return the basis of CG_k: Lagrange polynomials on the Gauss-Lobatto points, both ends included.
 
@@ -104,7 +106,7 @@ def continuous(degree: int) -> Basis:
     return Basis((0.0, *((np.sort(inner) + 1.0) / 2.0).tolist(), 1.0))
 
 
-@lru_cache(maxsize=None)
+@cache
 def discontinuous(degree: int) -> Basis:
     """Return the basis of DG_{k-1}: Lagrange polynomials on the k Gauss points.
 

@@ -18,7 +18,7 @@ and compliances c has
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -163,7 +163,7 @@ def present_components(space: Space) -> tuple[Component, ...]:
     return tuple((f, d) for f in FIELDS for d in (space.translation if f in "VN" else space.rotation))
 
 
-@lru_cache(maxsize=None)
+@cache
 def reference_element(degree: int, variant: Variant, space: Space) -> ReferenceElement:
     """Integrate all entries of the element exactly.
 

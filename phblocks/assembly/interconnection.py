@@ -13,14 +13,14 @@ from typing import Literal
 
 import numpy as np
 
+from phblocks.assembly.layout import Layout, lay_out
+from phblocks.assembly.structure import check_structure
 from phblocks.blocks.block import AngleRows
 from phblocks.causality import CausalityReport
 from phblocks.errors import DataError
 from phblocks.frames import QUARTER, Turn
-from phblocks.layout import Layout, lay_out
 from phblocks.network import Exposure, Junction, Network
 from phblocks.ports import Port
-from phblocks.structure import check_structure
 from phblocks.system import Angles, Connections, Part, State, System
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -82,9 +82,11 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         angle_rows.append(points.angle.rows.shifted(n_joints, 0))
         references.append(points.angle.reference)
     rows = Triplets.join(angle_rows)
-    keep = np.ones(layout.n_theta, dtype=bool) if outputs == "all" else np.isin(np.arange(layout.n_theta), rows.indices[1])
+    keep = (
+        np.ones(layout.n_theta, dtype=bool) if outputs == "all" else np.isin(np.arange(layout.n_theta), rows.indices[1])
+    )
     place = np.where(keep, np.cumsum(keep) - 1, -1)
-    n, m, n_theta, n_features = layout.n, len(layout.inputs), int(keep.sum()), 1 + 2 * n_angles
+    n, m, n_theta = layout.n, len(layout.inputs), int(keep.sum())
     forms = [(name, layout.forms[name], layout.first_state[name]) for name in layout.forms]
     driven_rows, driven_inputs = layout.driven_rows()
     system = System(
@@ -111,11 +113,14 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         K=_features(Triplets.join(joints.K, order=3), n_angles),
         K_u=_features(Triplets.join(joints.K_u, order=3), n_angles),
         K_g=points.weight(gravity, n_joints, n_angles) if heavy else Triplets.empty(),
-        rates=Triplets.of(place[layout.theta_rows[keep[layout.theta_rows]]], layout.theta_states[keep[layout.theta_rows]], values=1.0).csr(
-            (n_theta, n)
-        ),
+        rates=Triplets.of(
+            place[layout.theta_rows[keep[layout.theta_rows]]],
+            layout.theta_states[keep[layout.theta_rows]],
+            values=1.0,
+        ).csr((n_theta, n)),
         input_rates=_kept_rows(Triplets.of(driven_rows, driven_inputs, values=1.0), place).csr((n_theta, m)),
         connections=_connections(joints, n_angles),
+        sites=layout.sites(),
         anchor_angles=layout.anchor_angles(place),
         point_mass=points.mass,
         point_velocity=points.velocity.csr((points.mass.size * network.space.dimension, n)),

@@ -10,8 +10,8 @@ from phblocks.blocks.block import Form
 from phblocks.causality import CausalityReport
 from phblocks.frames import Turn
 from phblocks.network import Exposure, Junction, Network
-from phblocks.ports import Anchor, Port
-from phblocks.system import Input
+from phblocks.ports import TRANSLATION, Anchor, Port
+from phblocks.system import Input, Site
 from phblocks.triplets import Floats, Ints, Triplets
 
 AXES = "xyz"
@@ -160,6 +160,34 @@ class Layout:
         inputs = [self.first_input[e.name] for e in self._driven]
         return np.array(rows, dtype=np.int64), np.array(inputs, dtype=np.int64)
 
+    def sites(self) -> tuple[Site, ...]:
+        """List where anchors are joined in space.
+
+        Returns
+        -------
+        tuple of Site
+            One for each junction of translations between two or more anchors, or with an imposed velocity.
+        """
+        result = []
+        for junction in self.network.junctions():
+            anchors = [p.anchor for p in junction.ports if p.anchor is not None]
+            imposed = [e for e in junction.exposures if e.gives]
+            placed = [a for a in anchors if a.position is not None]
+            if junction.domain != TRANSLATION or not placed or len(anchors) + len(imposed) < 2:
+                continue
+            assert placed[0].position is not None
+            first = self.first_input[imposed[0].name] if imposed else 0
+            result.append(
+                Site(
+                    name=" = ".join(a.path for a in anchors),
+                    places=tuple((a.block.name, a.place) for a in placed),
+                    start=placed[0].position,
+                    known=bool(imposed) or len(placed) < len(anchors),
+                    inputs=tuple(range(first, first + self.network.space.dimension)) if imposed else (),
+                )
+            )
+        return tuple(result)
+
     def anchor_angles(self, place: Ints) -> dict[str, tuple[Ints, Floats, float]]:
         """List the orientation of every anchor in terms of the rotation states that are kept.
 
@@ -213,7 +241,7 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
         imposed, answered = (domain.common, domain.summed) if exposure.gives else (domain.summed, domain.common)
         for c in components:
             name = exposure.name if len(components) == 1 else f"{exposure.name}.{AXES[c]}"
-            inputs.append(Input(name, imposed, answered, exposure.name))
+            inputs.append(Input(name, imposed, answered, exposure.name, exposure.gives))
     layout = Layout(
         network=network,
         forms=forms,

@@ -39,7 +39,7 @@ def check_structure(system: System) -> None:
 
 
 def _diagonal(system: System) -> Floats:
-    diagonal = system.E.diagonal()
+    diagonal: Floats = system.E.diagonal()
     bad = np.flatnonzero(~(diagonal > 0.0))
     if bad.size:
         raise StructureError(

@@ -1,0 +1,5 @@
+"""From a network and its causality to one system: layout, interconnection, verification of the structure."""
+
+from phblocks.assembly.interconnection import Outputs, assemble
+
+__all__ = ["Outputs", "assemble"]

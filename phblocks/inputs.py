@@ -1,0 +1,129 @@
+"""Signals at the exposed ports: from what the user gives to one vector u(t)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from phblocks.errors import DataError, UnknownNameError
+from phblocks.system import System
+from phblocks.triplets import Floats
+
+
+class NotFinite(Exception):
+    """A signal gave a value that is not finite; ends the run with a status.
+
+    Parameters
+    ----------
+    time : float
+        When, s.
+    name : str
+        Which exposed port.
+    """
+
+    def __init__(self, time: float, name: str) -> None:
+        super().__init__(f"{name} at {time}")
+        self.time = time
+        self.name = name
+
+
+class Drive:
+    """Evaluates all inputs.
+
+    Parameters
+    ----------
+    system : System
+        With its exposed ports.
+    signals : mapping
+        For each exposed port a constant or a function of time.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no exposed port of that name.
+    DataError
+        If a value has the wrong shape, or an imposed velocity is missing.
+    """
+
+    def __init__(self, system: System, signals: Mapping[str, Any]) -> None:
+        self._n = system.n_inputs
+        spans: dict[str, list[int]] = {}
+        for i, entry in enumerate(system.inputs):
+            spans.setdefault(entry.exposure, []).append(i)
+        for name in signals:
+            if name not in spans:
+                raise UnknownNameError(
+                    "simulate inputs",
+                    expected=f"one of the exposed ports {', '.join(spans) or '(there are none)'}",
+                    got=repr(name),
+                    fix="Use the names given in expose().",
+                )
+        self._signals = [(name, signal, spans[name]) for name, signal in signals.items() if callable(signal)]
+        self._constant = np.zeros(self._n)
+        for name, span in spans.items():
+            if name in signals:
+                if not callable(signals[name]):
+                    self._constant[span] = value = self._value(name, signals[name], len(span), 0.0)
+                    if not np.isfinite(value).all():
+                        raise DataError(
+                            f"simulate inputs[{name!r}]",
+                            expected="finite numbers",
+                            got=repr(signals[name]),
+                            fix="Correct it.",
+                        )
+            elif system.inputs[span[0]].common:
+                raise DataError(
+                    f"simulate inputs[{name!r}]",
+                    expected=f"a signal: the outside imposes the {system.inputs[span[0]].imposed.name}",
+                    got="none",
+                    fix="Give a constant or a function of time; 0.0 holds it.",
+                )
+        if self._signals:
+            self.at([0.0], check_only=True)
+
+    def at(self, times: Sequence[float], check_only: bool = False) -> Floats:
+        """Evaluate all inputs.
+
+        Parameters
+        ----------
+        times : sequence of float
+            s.
+        check_only : bool, optional
+            Check shapes and let values that are not finite pass.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, n_inputs).
+
+        Raises
+        ------
+        DataError
+            If a signal gives a value of the wrong shape.
+        NotFinite
+            If a signal gives a value that is not finite.
+        """
+        u = np.tile(self._constant, (len(times), 1))
+        for name, signal, span in self._signals:
+            for i, t in enumerate(times):
+                u[i, span] = self._value(name, signal(t), len(span), t)
+                if not check_only and not np.isfinite(u[i, span]).all():
+                    raise NotFinite(t, name)
+        return u
+
+    @staticmethod
+    def _value(name: str, value: object, size: int, t: float) -> Floats:
+        try:
+            array = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.empty((0,))
+        if array.size != size or array.ndim > 1:
+            raise DataError(
+                f"simulate inputs[{name!r}] at t = {t:g} s",
+                expected="a number" if size == 1 else f"numbers of shape ({size},)",
+                got=f"shape {array.shape}" if array.size else repr(value),
+                fix="Correct the constant or the function of time.",
+            )
+        return np.atleast_1d(array)

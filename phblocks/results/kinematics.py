@@ -1,0 +1,119 @@
+"""Positions rebuilt from strain and orientation, and how well joints stay closed.
+
+From a place that is known (the ground, an imposed motion) positions are followed through the blocks,
+``r(b) = r(a) + integral of Lambda (e1 + Gamma)``, along a spanning tree of the diagram. A part that hangs on
+nothing known starts from its centre of mass, which the velocities give.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from phblocks.blocks.block import History
+from phblocks.results.recording import Recording
+from phblocks.system import Part, System
+from phblocks.triplets import Floats
+
+
+@dataclass(frozen=True)
+class Base:
+    """A place of a block whose position is known.
+
+    Parameters
+    ----------
+    place : float
+        On the block.
+    position : numpy.ndarray
+        Shape (times, dimension), m.
+    """
+
+    place: float
+    position: Floats
+
+
+def history_of(system: System, recording: Recording, part: Part) -> History:
+    """Cut the history of one block out of a recording.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    recording : Recording
+        Of a run of it.
+    part : Part
+        The block.
+
+    Returns
+    -------
+    History
+        For the read-outs of its form.
+    """
+    theta = (
+        np.where(part.theta >= 0, recording.theta[:, part.theta], 0.0) if part.theta.size else recording.theta[:, :0]
+    )
+    tracked = part.points.stop > part.points.start
+    return History(recording.x[:, part.states], theta, recording.points[:, part.points] if tracked else None)
+
+
+def bases(system: System, recording: Recording) -> Mapping[str, Base]:
+    """Find a known place on every block, along a spanning tree from the known sites.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    recording : Recording
+        Of a run of it.
+
+    Returns
+    -------
+    mapping of str to Base
+        By name of the block; blocks without extension are left out.
+    """
+    found: dict[str, Base] = {}
+    histories = {p.name: history_of(system, recording, p) for p in system.parts}
+    forms = {p.name: p.form for p in system.parts}
+    at_block: dict[str, list[int]] = {}
+    for number, site in enumerate(system.sites):
+        for name, _ in site.places:
+            at_block.setdefault(name, []).append(number)
+    position: dict[int, Floats] = {}
+    queue: list[int] = []
+
+    def reach(number: int, where: Floats) -> None:
+        if number not in position:
+            position[number] = where
+            queue.append(number)
+
+    def follow() -> None:
+        while queue:
+            number = queue.pop(0)
+            for name, place in system.sites[number].places:
+                if name not in found:
+                    settle(name, Base(place, position[number]))
+
+    def settle(name: str, base: Base) -> None:
+        found[name] = base
+        for other in at_block.get(name, ()):
+            place = next(p for n, p in system.sites[other].places if n == name)
+            if other not in position:
+                reach(other, base.position + forms[name].chord(histories[name], base.place, place))
+
+    for number, site in enumerate(system.sites):
+        if site.known:
+            moved = recording.input_integral[:, list(site.inputs)] if site.inputs else np.zeros((recording.t.size, 1))
+            reach(number, site.start + moved)
+    follow()
+    for part in system.parts:
+        if part.name not in found and part.form.points is not None:
+            history = histories[part.name]
+            if history.points is None:
+                continue
+            mass = part.form.points.mass
+            centre = np.einsum("tmd,m->td", history.points, mass) / mass.sum()
+            settle(part.name, Base(0.0, centre - part.form.mean_chord(history)))
+            follow()
+    return found

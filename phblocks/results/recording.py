@@ -1,0 +1,324 @@
+"""What is kept of a run: states at the times asked for, and where the energy went, step by step.
+
+Steps are collected in chunks and evaluated together, so that positions, energies and the power ledger cost a few
+matrix products per chunk and nothing per step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import scipy.sparse as sp
+
+from phblocks.frames import QUARTER
+from phblocks.solvers.stage import StageEquation
+from phblocks.solvers.step import Step
+from phblocks.system import State, System
+from phblocks.triplets import Floats, Ints, Triplets
+
+CHUNK = 128
+
+
+@dataclass
+class Ledger:
+    """Energies since the start at the saved times, and how well each step balances.
+
+    Parameters
+    ----------
+    stored : numpy.ndarray
+        Stored energy by block and kind, shape (times, blocks, kinds), J.
+    potential : numpy.ndarray
+        Potential energy of gravity by block, shape (times, blocks), J; zero at the start.
+    transferred : numpy.ndarray
+        Through each connection from the giving to the taking block, shape (times, connections), J.
+    supplied : numpy.ndarray
+        Through each input, shape (times, inputs), J.
+    supplied_to : numpy.ndarray
+        From outside, by block, shape (times, blocks), J.
+    dissipated : numpy.ndarray
+        By block, shape (times, blocks), J.
+    balance_error : numpy.ndarray
+        Largest residual of the balance of the whole system over the steps up to each saved time since the one
+        before, shape (times,), J.
+    block_error : numpy.ndarray
+        Largest residual of the balance of each block in any step, shape (blocks,), J.
+    connection_error : numpy.ndarray
+        Largest sum of the energies on both sides of each connection in any step, shape (connections,), J.
+    """
+
+    stored: Floats
+    potential: Floats
+    transferred: Floats
+    supplied: Floats
+    supplied_to: Floats
+    dissipated: Floats
+    balance_error: Floats
+    block_error: Floats
+    connection_error: Floats
+
+
+@dataclass
+class Recording:
+    """Arrays at the saved times.
+
+    Parameters
+    ----------
+    t : numpy.ndarray
+        Shape (times,), s.
+    x, theta, points : numpy.ndarray
+        States, rotation states and positions of material points, shapes (times, n), (times, n_theta) and
+        (times, n_points, dimension).
+    input_integral : numpy.ndarray
+        Time integrals of the inputs, shape (times, n_inputs).
+    ledger : Ledger
+        Energies.
+    """
+
+    t: Floats
+    x: Floats
+    theta: Floats
+    points: Floats
+    input_integral: Floats
+    ledger: Ledger
+
+
+@dataclass
+class Recorder:
+    """Collects steps and turns them into a recording.
+
+    Parameters
+    ----------
+    system : System
+        The system that is integrated.
+    stage : StageEquation
+        For changing unknowns to states.
+    weights : tuple of float
+        Of the stages of the method.
+    t : float
+        Time of the start, s.
+    start : State
+        Saved as the first.
+    """
+
+    system: System
+    stage: StageEquation
+    weights: tuple[float, ...]
+    t: float
+    start: State
+    _steps: list[tuple[Step, float | None]] = field(default_factory=list)
+    _saved: dict[str, list[Floats]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Save the start."""
+        self._books = _Books(self.system)
+        self._x, self._points = self.start.x, self.start.points
+        self._stored = self._books.stored(self.start.x[None])
+        self._totals = self._books.zero()
+        self._worst = [np.zeros(len(self.system.parts)), np.zeros(len(self.system.connections.names))]
+        self._error_since = 0.0
+        self._integral = np.zeros(self.system.n_inputs)
+        self._keep(
+            np.array([self.t]),
+            self.start.x[None],
+            self.start.theta[None],
+            self.start.points[None],
+            self._integral[None],
+            self._stored,
+            {k: v[None] for k, v in self._totals.items()},
+            np.zeros(1),
+        )
+
+    def add(self, step: Step, save_at: float | None) -> None:
+        """Take in an accepted step.
+
+        Parameters
+        ----------
+        step : Step
+            The step.
+        save_at : float or None
+            Time of its end if it is to be saved, s.
+        """
+        self._steps.append((step, save_at))
+        if len(self._steps) >= CHUNK:
+            self._flush()
+
+    def finish(self) -> Recording:
+        """Evaluate what is left.
+
+        Returns
+        -------
+        Recording
+            All saved times.
+        """
+        self._flush()
+        a = {key: np.concatenate(parts) for key, parts in self._saved.items()}
+        ledger = Ledger(
+            **{key: a[key] for key in ("stored", "potential", "transferred", "supplied", "supplied_to", "dissipated")},
+            balance_error=a["balance_error"],
+            block_error=self._worst[0],
+            connection_error=self._worst[1],
+        )
+        return Recording(a["t"], a["x"], a["theta"], a["points"], a["input_integral"], ledger)
+
+    def _flush(self) -> None:
+        if not self._steps:
+            return
+        steps = [s for s, _ in self._steps]
+        dt = np.array([s.dt for s in steps])
+        weight = (dt[:, None] * np.array(self.weights)).ravel()
+        z = self.stage.unpack(np.concatenate([s.z for s in steps]))
+        theta_z = np.concatenate([s.theta_z for s in steps])
+        u = np.concatenate([s.u for s in steps])
+        x = self.stage.unpack(np.array([s.x for s in steps]))
+        per_step = len(self.weights)
+
+        def by_step(values: Floats) -> Floats:
+            """Integrate values at the stages, shape (stages of all steps, ...), over each step."""
+            weighted: Floats = values.reshape(weight.size, -1) * weight[:, None]
+            return weighted.reshape(len(steps), per_step, -1).sum(axis=1)
+
+        points = self._points + np.cumsum(
+            by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape), axis=0
+        )
+        integral = self._integral + np.cumsum(by_step(u), axis=0)
+        flows = {key: by_step(rate) for key, rate in self._books.rates(z, theta_z, u).items()}
+        reaction = flows.pop("reaction")
+        flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
+        stored = self._books.stored(x)
+        change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
+        gain = flows["supplied_to"] - flows["dissipated"] + self._books.received(flows["transferred"])
+        block_error = np.abs(change - gain)
+        error = np.abs(change.sum(axis=1) - flows["supplied"].sum(axis=1) + flows["dissipated"].sum(axis=1))
+        self._worst[0] = np.maximum(self._worst[0], block_error.max(axis=0, initial=0.0))
+        both = np.abs(flows["transferred"] + reaction)
+        self._worst[1] = np.maximum(self._worst[1], both.max(axis=0, initial=0.0))
+        totals = {key: self._totals[key] + np.cumsum(flow, axis=0) for key, flow in flows.items()}
+
+        saved = np.array([i for i, (_, at) in enumerate(self._steps) if at is not None], dtype=np.int64)
+        errors = []
+        begin = 0
+        for i in saved:
+            errors.append(max(self._error_since, float(error[begin : i + 1].max())))
+            self._error_since, begin = 0.0, int(i) + 1
+        self._error_since = max(self._error_since, float(error[begin:].max(initial=0.0)))
+        self._keep(
+            np.array([at for _, at in self._steps if at is not None]),
+            x[saved],
+            np.array([s.theta for s in steps])[saved],
+            points[saved],
+            integral[saved],
+            stored[saved],
+            {k: v[saved] for k, v in totals.items()},
+            np.array(errors),
+        )
+        self._stored, self._points, self._integral = stored[-1:], points[-1], integral[-1]
+        self._totals = {key: total[-1] for key, total in totals.items()}
+        self._steps.clear()
+
+    def _keep(
+        self,
+        t: Floats,
+        x: Floats,
+        theta: Floats,
+        points: Floats,
+        integral: Floats,
+        stored: Floats,
+        totals: dict[str, Floats],
+        errors: Floats,
+    ) -> None:
+        arrays = {
+            "t": t,
+            "x": x,
+            "theta": theta,
+            "points": points,
+            "input_integral": integral,
+            "stored": stored,
+        }
+        for key, value in (arrays | totals | {"balance_error": errors}).items():
+            self._saved.setdefault(key, []).append(value)
+
+
+class _Books:
+    """Sums over entries that belong to a block, a kind of energy, a connection or an input."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.n_blocks, self.n_kinds = len(system.parts), len(system.energy_kinds)
+        block = np.repeat(np.arange(self.n_blocks), [p.states.stop - p.states.start for p in system.parts])
+        self._energy_sum = _summing(block * self.n_kinds + system.energy_kind_of_state, self.n_blocks * self.n_kinds)
+        connections = system.connections
+        self._flow = connections.entries
+        self._flow_sum = _summing(connections.number, len(connections.names))
+        number = np.arange(len(connections.names))
+        giving, taking = connections.blocks.T
+        self._receive = Triplets.join(
+            [Triplets.of(taking, number, values=1.0), Triplets.of(giving, number, values=-1.0)]
+        ).csr((self.n_blocks, number.size))
+        constant = system.G0.tocoo()
+        self._input = Triplets.join(
+            [Triplets.of(*constant.coords, np.zeros(constant.nnz), values=constant.data), system.K_u], order=3
+        )
+        self._input_sum = _summing(self._input.indices[1], system.n_inputs)
+        self._input_block_sum = _summing(block[self._input.indices[0]], self.n_blocks)
+        self._damping = system.R.tocoo()
+        self._damping_sum = _summing(block[self._damping.coords[0]], self.n_blocks)
+        points = [p.points.stop - p.points.start for p in system.parts]
+        self._point_sum = _summing(np.repeat(np.arange(self.n_blocks), points), self.n_blocks)
+
+    def zero(self) -> dict[str, Floats]:
+        """Totals at the start."""
+        sizes = {
+            "potential": self.n_blocks,
+            "transferred": len(self.system.connections.names),
+            "supplied": self.system.n_inputs,
+            "supplied_to": self.n_blocks,
+            "dissipated": self.n_blocks,
+        }
+        return {key: np.zeros(size) for key, size in sizes.items()}
+
+    def stored(self, x: Floats) -> Floats:
+        """Stored energy, shape (times, blocks, kinds)."""
+        density = 0.5 * x * (self.system.E @ x.T).T
+        return np.asarray((self._energy_sum @ density.T).T).reshape(-1, self.n_blocks, self.n_kinds)
+
+    def potential(self, points: Floats) -> Floats:
+        """Potential energy of gravity by block, shape (times, blocks)."""
+        height = -(points @ self.system.gravity) * self.system.point_mass
+        return np.asarray((self._point_sum @ height.T).T)
+
+    def received(self, transferred: Floats) -> Floats:
+        """What blocks receive through connections, shape (times, blocks)."""
+        return np.asarray((self._receive @ transferred.T).T)
+
+    def velocities(self, z: Floats, theta: Floats) -> Floats:
+        """Velocities of the material points in the fixed frame, shape (stages, points, dimension)."""
+        count, d = self.system.point_mass.size, self.system.dimension
+        material = np.asarray((self.system.point_velocity @ z.T).T).reshape(-1, count, d)
+        angle = self.system.point_angles.at(theta.T).T[..., None]
+        return np.asarray(np.cos(angle) * material + np.sin(angle) * (material @ QUARTER.T))
+
+    def rates(self, z: Floats, theta: Floats, u: Floats) -> dict[str, Floats]:
+        """Powers at the stages: through connections (both sides), inputs and dampings."""
+        phi = self.system.angles.features(theta.T).T
+        i, j, f = self._flow.indices
+        value = self._flow.values * phi[:, f]
+        # the taking side multiplies its own states last, the giving side its own
+        transferred = self._flow_sum @ ((value * z[:, j]) * z[:, i]).T
+        reaction = -(self._flow_sum @ ((value * z[:, i]) * z[:, j]).T)
+        i, k, f = self._input.indices
+        supply = (self._input.values * phi[:, f] * z[:, i] * u[:, k]).T
+        a, b = self._damping.coords
+        loss = (self._damping.data * z[:, a] * z[:, b]).T
+        return {
+            "transferred": transferred.T,
+            "reaction": reaction.T,
+            "supplied": (self._input_sum @ supply).T,
+            "supplied_to": (self._input_block_sum @ supply).T,
+            "dissipated": (self._damping_sum @ loss).T,
+        }
+
+
+def _summing(group: Ints, size: int) -> sp.csr_array:
+    """The matrix that sums entries of the same group."""
+    return Triplets.of(group, np.arange(group.size), values=1.0).csr((size, group.size))

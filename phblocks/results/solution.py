@@ -1,0 +1,475 @@
+"""The result of a run: arrays with names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from phblocks.blocks.beam.beam import BeamPoint
+from phblocks.blocks.block import Block, History
+from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
+from phblocks.ports import Anchor
+from phblocks.results.kinematics import Base, bases, history_of
+from phblocks.results.power import PowerLedger
+from phblocks.results.recording import Recording
+from phblocks.system import Part, System
+from phblocks.triplets import Floats, Ints
+
+Source = Literal["velocity", "strain"]
+Frame = Literal["fixed", "material"]
+Target = Block | BeamPoint | Anchor | str
+
+
+@dataclass(frozen=True)
+class Status:
+    """How a run ended.
+
+    Parameters
+    ----------
+    ok : bool
+        It reached its end.
+    name : str
+        A word for programs: "success", "step failed", "input not finite".
+    text : str
+        When, where, and what to do.
+    time : float or None
+        Where it stopped, s, if it did not reach its end.
+    """
+
+    ok: bool
+    name: str
+    text: str
+    time: float | None = None
+
+    def __str__(self) -> str:
+        """Return name and text."""
+        return f"{self.name}: {self.text}"
+
+    @classmethod
+    def success(cls) -> Status:
+        """Report that the end was reached.
+
+        Returns
+        -------
+        Status
+            With ``ok``.
+        """
+        return cls(True, "success", "the end was reached")
+
+    @classmethod
+    def step_failed(cls, time: float, dt: float) -> Status:
+        """Report that Newton's method found no solution, also with the smallest step.
+
+        Parameters
+        ----------
+        time : float
+            Start of the step, s.
+        dt : float
+            The smallest step that was tried, s.
+
+        Returns
+        -------
+        Status
+            Not ``ok``.
+        """
+        text = (
+            f"Newton's method did not converge at t = {time:.9g} s, also with the step halved to {dt:.3g} s. The "
+            "results up to there are kept. Use a smaller dt or more max_halvings; look at the last states for a "
+            "singular position or a load that jumps."
+        )
+        return cls(False, "step failed", text, time)
+
+    @classmethod
+    def input_not_finite(cls, time: float, name: str) -> Status:
+        """Report that a signal gave NaN or infinity.
+
+        Parameters
+        ----------
+        time : float
+            When, s.
+        name : str
+            Which exposed port.
+
+        Returns
+        -------
+        Status
+            Not ``ok``.
+        """
+        text = (
+            f"the signal of {name!r} is not finite at t = {time:.9g} s. The results up to there are kept. "
+            "Correct the function given in inputs."
+        )
+        return cls(False, "input not finite", text, time)
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What a run took.
+
+    Parameters
+    ----------
+    steps : int
+        Accepted steps.
+    halvings : int
+        Steps that failed and were halved.
+    newton_iterations : numpy.ndarray
+        Of each accepted step, shape (steps,).
+    preparation_seconds, loop_seconds : float
+        Time before and in the time loop, s.
+    """
+
+    steps: int
+    halvings: int
+    newton_iterations: Ints
+    preparation_seconds: float
+    loop_seconds: float
+
+    def __str__(self) -> str:
+        """Summarise in one line."""
+        mean = float(self.newton_iterations.mean()) if self.newton_iterations.size else 0.0
+        return (
+            f"{self.steps} steps, {mean:.2f} Newton iterations a step, {self.halvings} halvings, "
+            f"{self.loop_seconds:.3g} s"
+        )
+
+
+class EnergySeries(Mapping[str, Floats]):
+    """Named series of energies, J: as a mapping or by attribute, ``energy["kinetic"]`` or ``energy.kinetic``.
+
+    Parameters
+    ----------
+    series : mapping of str to numpy.ndarray
+        Each of shape (times,).
+    """
+
+    def __init__(self, series: Mapping[str, Floats]) -> None:
+        self._series = dict(series)
+
+    def __getitem__(self, name: str) -> Floats:
+        """Return one series."""
+        return self._series[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(self._series)
+
+    def __len__(self) -> int:
+        """Count the series."""
+        return len(self._series)
+
+    def __getattr__(self, name: str) -> Floats:
+        """Return one series by attribute."""
+        if name.startswith("_") or name not in self._series:
+            raise AttributeError(f"no energy {name!r}; there are {', '.join(self.__dict__.get('_series', ()))}")
+        return self._series[name]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """States, positions, energies and powers of a run.
+
+    Parameters
+    ----------
+    system : System
+        What was integrated.
+    recording : Recording
+        The arrays.
+    status : Status
+        How the run ended.
+    statistics : Statistics
+        What it took.
+    """
+
+    system: System
+    recording: Recording
+    status: Status
+    statistics: Statistics
+
+    @property
+    def t(self) -> Floats:
+        """Saved times, shape (times,), s."""
+        return self.recording.t
+
+    @property
+    def x(self) -> Floats:
+        """States at the saved times, shape (times, n); names in ``system.state_names``."""
+        return self.recording.x
+
+    def state(self, name: str) -> Floats:
+        """Return the series of one state.
+
+        Parameters
+        ----------
+        name : str
+            Such as ``"crank.V1[0]"``; all of them are in ``system.state_names``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,).
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such state.
+        """
+        if name not in self._places:
+            raise UnknownNameError(
+                "state", expected="one of system.state_names", got=repr(name), fix="For example crank.V1[0]."
+            )
+        return self.x[:, self._places[name]]
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {name: i for i, name in enumerate(self.system.state_names)}
+
+    @cached_property
+    def energy(self) -> EnergySeries:
+        """Energies at the saved times, J: the kinds stored (kinetic, strain), gravity, supplied, dissipated, total.
+
+        Gravity is the potential energy relative to the start. Total is what is stored plus gravity; it changes by
+        what is supplied less what is dissipated.
+        """
+        ledger = self.recording.ledger
+        series = dict(zip(self.system.energy_kinds, np.moveaxis(ledger.stored.sum(axis=1), 1, 0), strict=True))
+        series["gravity"] = ledger.potential.sum(axis=1)
+        total = np.sum(list(series.values()), axis=0)
+        series["supplied"] = ledger.supplied.sum(axis=1)
+        series["dissipated"] = ledger.dissipated.sum(axis=1)
+        series["total"] = total
+        return EnergySeries(series)
+
+    @property
+    def max_power_balance_error(self) -> float:
+        """Largest ``|dH - supplied + dissipated|`` of any step, J."""
+        return float(self.recording.ledger.balance_error.max(initial=0.0))
+
+    @cached_property
+    def power(self) -> PowerLedger:
+        """Who gave energy to whom: by block and by connection, with the worst residuals."""
+        return PowerLedger(self.system, self.recording)
+
+    def position(self, target: Target, s: float | None = None, source: Source | None = None) -> Floats:
+        """Return the path of a point.
+
+        Parameters
+        ----------
+        target : Block, BeamPoint, Anchor or str
+            A block or its name together with ``s``, or ``beam.at(s)``, or an anchor such as ``beam.end``.
+        s : float, optional
+            Place on the block; on a beam the fraction of the length.
+        source : {"velocity", "strain"}, optional
+            "velocity": integrated from velocity, exact for the energy of gravity, with an error of relative size
+            ``(spin * dt)**2 / 24`` in rotation. "strain": rebuilt from strain and orientation. By default
+            velocity if positions are tracked, else strain.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, 2), m, in the fixed frame.
+
+        Raises
+        ------
+        DataError
+            If ``s`` is not a place on the block or the source is unknown.
+        UnknownNameError
+            If the block is not in the system, or positions were not tracked.
+        """
+        part, place = self._target(target, s)
+        history = self._history(part)
+        if source is None:
+            source = "velocity" if history.points is not None else "strain"
+        if source == "velocity":
+            return part.form.position(history, place)
+        if source == "strain":
+            base = self._bases.get(part.name)
+            if base is None:
+                raise UnknownNameError(
+                    f"position of {part.name!r} from strain",
+                    expected="a block joined to the ground, or tracked positions",
+                    got="neither",
+                    fix='Compile with outputs="all".',
+                )
+            self._require_angles(part)
+            return base.position + part.form.chord(history, base.place, place)
+        raise DataError("source", expected='"velocity" or "strain"', got=repr(source), fix="Choose one of them.")
+
+    def angle(self, target: Target, s: float | None = None) -> Floats:
+        """Return the orientation of a cross section.
+
+        Parameters
+        ----------
+        target : Block, BeamPoint, Anchor or str
+            A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
+        s : float, optional
+            Place on the block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,), rad, counted on over full turns.
+
+        Raises
+        ------
+        UnknownNameError
+            If the orientation was not kept.
+        """
+        if isinstance(target, Anchor) and target.path in self.system.anchor_angles:
+            places, weights, reference = self.system.anchor_angles[target.path]
+            return np.asarray(reference + self.recording.theta[:, places] @ weights)
+        part, place = self._target(target, s)
+        self._require_angles(part)
+        return part.form.angle(self._history(part), place)
+
+    def velocity(self, target: Target, s: float | None = None, frame: Frame = "fixed") -> Floats:
+        """Return the velocity of a point.
+
+        Parameters
+        ----------
+        target : Block, BeamPoint, Anchor or str
+            A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
+        s : float, optional
+            Place on the block.
+        frame : {"fixed", "material"}, optional
+            Where the components are taken.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, 2), m/s.
+        """
+        return self._vector("V", target, s, frame)
+
+    def force(self, target: Target, s: float | None = None, frame: Frame = "material") -> Floats:
+        """Return the internal force of a beam: axial and shear force in the material frame.
+
+        Parameters
+        ----------
+        target : Block, BeamPoint, Anchor or str
+            A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
+        s : float, optional
+            Place on the block.
+        frame : {"material", "fixed"}, optional
+            Where the components are taken.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, 2), N: what the part towards the end does to the part towards the start.
+        """
+        return self._vector("N", target, s, frame)
+
+    def moment(self, target: Target, s: float | None = None) -> Floats:
+        """Return the internal bending moment of a beam.
+
+        Parameters
+        ----------
+        target : Block, BeamPoint, Anchor or str
+            A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
+        s : float, optional
+            Place on the block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,), N m.
+        """
+        part, place = self._target(target, s)
+        return part.form.value(self._history(part), "M3", place)
+
+    def spin(self, target: Target, s: float | None = None) -> Floats:
+        """Return the angular velocity of a cross section.
+
+        Parameters
+        ----------
+        target : Block, BeamPoint, Anchor or str
+            A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
+        s : float, optional
+            Place on the block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,), rad/s.
+        """
+        part, place = self._target(target, s)
+        return part.form.value(self._history(part), "W3", place)
+
+    def closure(self, source: Source = "strain") -> Mapping[str, Floats]:
+        """Return the gap of every joint: joints are closed in velocity, not in position.
+
+        Parameters
+        ----------
+        source : {"strain", "velocity"}, optional
+            From which positions.
+
+        Returns
+        -------
+        mapping of str to numpy.ndarray
+            For each joint the largest distance between what it joins, shape (times,), m.
+        """
+        gaps = {}
+        for site in self.system.sites:
+            spots = [self.position(name, place, source=source) for name, place in site.places]
+            if site.known:
+                moved = self.recording.input_integral[:, list(site.inputs)] if site.inputs else 0.0
+                spots.append(np.broadcast_to(site.start + moved, spots[0].shape))
+            pairs = [np.linalg.norm(a - b, axis=1) for i, a in enumerate(spots) for b in spots[:i]]
+            gaps[site.name] = np.max(pairs, axis=0)
+        return gaps
+
+    def _vector(self, field: str, target: Target, s: float | None, frame: Frame) -> Floats:
+        part, place = self._target(target, s)
+        history = self._history(part)
+        material = np.stack([part.form.value(history, f"{field}{i}", place) for i in (1, 2)], axis=1)
+        if frame == "material":
+            return material
+        if frame != "fixed":
+            raise DataError("frame", expected='"fixed" or "material"', got=repr(frame), fix="Choose one of them.")
+        angle = self.angle(target, s)
+        c, d = np.cos(angle), np.sin(angle)
+        return np.stack([c * material[:, 0] - d * material[:, 1], d * material[:, 0] + c * material[:, 1]], axis=1)
+
+    @cached_property
+    def _bases(self) -> Mapping[str, Base]:
+        return bases(self.system, self.recording)
+
+    def _history(self, part: Part) -> History:
+        return history_of(self.system, self.recording, part)
+
+    def _require_angles(self, part: Part) -> None:
+        if (part.theta < 0).any():
+            raise UnknownNameError(
+                f"orientation of {part.name!r}",
+                expected="a system that keeps orientations",
+                got="one compiled without",
+                fix='Compile with outputs="all".',
+            )
+
+    def _target(self, target: Target, s: float | None) -> tuple[Part, float]:
+        if isinstance(target, (BeamPoint, Anchor)):
+            if s is not None:
+                raise DataError("s", expected="none together with a point", got=repr(s), fix="Leave it out.")
+            return self.system.part(target.block.name), target.s if isinstance(target, BeamPoint) else target.place
+        if not isinstance(target, (Block, str)):
+            raise ArgumentTypeError(
+                "target",
+                expected="a block, its name, beam.at(s) or an anchor",
+                got=repr(target),
+                fix="Give one.",
+            )
+        name = target if isinstance(target, str) else target.name
+        if s is None:
+            raise DataError(f"place on {name!r}", expected="s", got="none", fix="Give s, a fraction from 0 to 1.")
+        if isinstance(s, bool) or not isinstance(s, (int, float, np.number)) or not 0.0 <= float(s) <= 1.0:
+            raise DataError(
+                f"place on {name!r}",
+                expected="a fraction from 0 to 1",
+                got=repr(s),
+                fix="0 is the start, 1 the end.",
+            )
+        return self.system.part(name), float(s)

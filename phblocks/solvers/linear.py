@@ -1,0 +1,181 @@
+"""Factorisation of the Newton matrix: LAPACK's banded LU where the band is narrow, SuperLU elsewhere."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import lapack
+from scipy.sparse.linalg import splu
+
+from phblocks.triplets import Floats, Ints
+
+#: Half-bandwidth up to which the banded factorisation is used.
+WIDEST_BAND = 80
+
+
+class LinearSolver(Protocol):
+    """Factorises matrices of one pattern and solves with the last factor."""
+
+    def factorise(self, data: Floats) -> bool:
+        """Factorise; return False if the matrix is singular.
+
+        Parameters
+        ----------
+        data : numpy.ndarray
+            Entries on the pattern.
+
+        Returns
+        -------
+        bool
+            Whether a factor was found.
+        """
+        ...
+
+    def solve(self, b: Floats) -> Floats:
+        """Solve with the last factor.
+
+        Parameters
+        ----------
+        b : numpy.ndarray
+            Right-hand side, shape (n,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n,).
+        """
+        ...
+
+
+class BandedSolver:
+    """LAPACK ``dgbtrf`` and ``dgbtrs`` on one reused array.
+
+    Parameters
+    ----------
+    rows, columns : numpy.ndarray
+        Places of the entries.
+    n : int
+        Number of unknowns.
+
+    Attributes
+    ----------
+    width : int
+        Half-bandwidth.
+    """
+
+    def __init__(self, rows: Ints, columns: Ints, n: int) -> None:
+        self.width = max(1, int(np.abs(rows - columns).max(initial=0)))
+        height = 3 * self.width + 1
+        self._flat = np.zeros(height * n)
+        self._band = self._flat.reshape((height, n), order="F")
+        self._spot = columns * height + 2 * self.width + rows - columns
+        self._factor = self._band
+        self._pivots = np.empty(0, dtype=np.int32)
+
+    def factorise(self, data: Floats) -> bool:
+        """Factorise; return False if the matrix is singular.
+
+        Parameters
+        ----------
+        data : numpy.ndarray
+            Entries on the pattern.
+
+        Returns
+        -------
+        bool
+            Whether a factor was found.
+        """
+        self._flat.fill(0.0)
+        self._flat[self._spot] = data
+        self._factor, self._pivots, info = lapack.dgbtrf(self._band, self.width, self.width, overwrite_ab=1)
+        return bool(info == 0)
+
+    def solve(self, b: Floats) -> Floats:
+        """Solve with the last factor.
+
+        Parameters
+        ----------
+        b : numpy.ndarray
+            Right-hand side, shape (n,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n,).
+        """
+        x, _ = lapack.dgbtrs(self._factor, self.width, self.width, b, self._pivots)
+        return np.asarray(x)
+
+
+class SparseSolver:
+    """SuperLU with its own column order, for diagrams whose band is wide.
+
+    Parameters
+    ----------
+    rows, columns : numpy.ndarray
+        Places of the entries, sorted by rows.
+    n : int
+        Number of unknowns.
+    """
+
+    def __init__(self, rows: Ints, columns: Ints, n: int) -> None:
+        order = np.lexsort((rows, columns))
+        self._order = order
+        indptr = np.searchsorted(columns[order], np.arange(n + 1))
+        self._matrix = sp.csc_array((np.zeros(order.size), rows[order], indptr), shape=(n, n))
+
+    def factorise(self, data: Floats) -> bool:
+        """Factorise; return False if the matrix is singular.
+
+        Parameters
+        ----------
+        data : numpy.ndarray
+            Entries on the pattern.
+
+        Returns
+        -------
+        bool
+            Whether a factor was found.
+        """
+        self._matrix.data = data[self._order]
+        try:
+            self._factor = splu(self._matrix)
+        except RuntimeError:
+            return False
+        return True
+
+    def solve(self, b: Floats) -> Floats:
+        """Solve with the last factor.
+
+        Parameters
+        ----------
+        b : numpy.ndarray
+            Right-hand side, shape (n,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n,).
+        """
+        return np.asarray(self._factor.solve(b))
+
+
+def linear_solver(rows: Ints, columns: Ints, n: int) -> LinearSolver:
+    """Choose a solver for a pattern.
+
+    Parameters
+    ----------
+    rows, columns : numpy.ndarray
+        Places of the entries, sorted by rows.
+    n : int
+        Number of unknowns.
+
+    Returns
+    -------
+    LinearSolver
+        Banded up to a half-bandwidth of :data:`WIDEST_BAND`.
+    """
+    width = int(np.abs(rows - columns).max(initial=0))
+    return BandedSolver(rows, columns, n) if width <= WIDEST_BAND else SparseSolver(rows, columns, n)

@@ -1,0 +1,126 @@
+"""The implicit midpoint rule."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from phblocks.solvers.linear import LinearSolver, linear_solver
+from phblocks.solvers.newton import Newton
+from phblocks.solvers.stage import StageEquation
+from phblocks.solvers.step import Step
+from phblocks.system import System
+from phblocks.triplets import Floats
+
+
+@dataclass(frozen=True)
+class Midpoint:
+    """Implicit midpoint rule: second order, keeps the balance of quadratic energies exactly.
+
+    With ``z = (x_n + x_{n+1}) / 2`` it solves ``2/dt E (z - x_n) = (J(z, theta_mid) - R) z + ...`` and sets
+    ``x_{n+1} = 2 z - x_n``, so that ``H_{n+1} - H_n = dt (y^T u - z^T R z)`` whatever the step. Orientations,
+    ``theta_mid = theta_n + dt/2 theta'(z)``, are eliminated from the unknowns. One step costs one Newton
+    iteration per evaluation and banded factorisation, 3 to 5 of them; one back-substitution if the system is
+    linear.
+
+    Parameters
+    ----------
+    newton : Newton, optional
+        Tolerance and limit of the iteration.
+
+    Notes
+    -----
+    Brugnoli, Kinon, Sanfedino, Betsch, section 3.3; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
+    Integration, 2nd ed., IV.2, doi:10.1007/3-540-30666-8.
+    """
+
+    newton: Newton = field(default_factory=Newton)
+
+    #: Order of convergence on smooth solutions.
+    order = 2
+
+    def prepare(self, system: System) -> MidpointStepper:
+        """Do once what does not change during a run.
+
+        Parameters
+        ----------
+        system : System
+            The system to integrate.
+
+        Returns
+        -------
+        MidpointStepper
+            Ready for steps.
+        """
+        return MidpointStepper(system, self.newton)
+
+
+class MidpointStepper:
+    """Takes midpoint steps of one system.
+
+    Parameters
+    ----------
+    system : System
+        The system to integrate.
+    newton : Newton
+        Tolerance and limit of the iteration.
+
+    Attributes
+    ----------
+    stage : StageEquation
+        Changes states to the unknowns that ``step`` works with and back.
+    """
+
+    #: Where in a step the inputs are evaluated, as fractions of it, and the weights of the stages.
+    nodes = (0.5,)
+    weights = (1.0,)
+
+    def __init__(self, system: System, newton: Newton) -> None:
+        self.stage = StageEquation(system)
+        self._newton = newton
+        self._solver: LinearSolver = linear_solver(self.stage.rows, self.stage.columns, self.stage.n)
+        self._factored_for: float | None = None
+
+    def step(self, x: Floats, theta: Floats, dt: float, u: Floats, guess: Floats | None = None) -> Step | None:
+        """Take one step.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Unknowns at the start of the step, shape (n,), scaled and reordered.
+        theta : numpy.ndarray
+            Rotation states at the start, shape (n_theta,), rad.
+        dt : float
+            Step, s.
+        u : numpy.ndarray
+            Inputs at the nodes, shape (1, n_inputs).
+        guess : numpy.ndarray, optional
+            First guess of the stage, shape (1, n).
+
+        Returns
+        -------
+        Step or None
+            ``None`` if Newton's method did not converge.
+        """
+        stage = self.stage
+        stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x))
+        if stage.constant:
+            z, iterations = self._solve_linear(x, dt)
+        else:
+            start = x if guess is None else guess[0]
+            z, iterations = self._newton.solve(stage, self._solver, start, float(np.linalg.norm(x)))
+        if z is None:
+            return None
+        turn = dt * stage.spin(z, u[0])
+        return Step(2.0 * z - x, theta + turn, z[None], (theta + 0.5 * turn)[None], u, dt, iterations)
+
+    def _solve_linear(self, x: Floats, dt: float) -> tuple[Floats | None, int]:
+        """One back-substitution with a factor that is kept as long as the step stays the same."""
+        residual, jacobian = self.stage.evaluate(x)
+        if self._factored_for != dt:
+            self._factored_for = dt if self._solver.factorise(jacobian) else None
+            if self._factored_for is None:
+                return None, 0
+        z = x - self._solver.solve(residual)
+        return (z, 0) if np.isfinite(z).all() else (None, 0)

@@ -1,0 +1,90 @@
+"""Newton's method on a stage equation, with a stopping test in the energy norm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from phblocks.errors import DataError
+from phblocks.solvers.linear import LinearSolver
+from phblocks.solvers.stage import StageEquation
+from phblocks.triplets import Floats
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Options of Newton's method.
+
+    The unknowns are scaled by the square root of the energy they carry, so one relative tolerance suits forces of
+    1e8 N and velocities of 1e-6 m/s alike.
+
+    Parameters
+    ----------
+    tolerance : float, optional
+        Size of the error that the next iteration would still correct, relative to the state.
+    max_iterations : int, optional
+        A step that needs more has failed.
+
+    Raises
+    ------
+    DataError
+        If a value is out of its range.
+    """
+
+    tolerance: float = 1e-15
+    max_iterations: int = 15
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if not 0.0 < self.tolerance < 1.0:
+            raise DataError(
+                "Newton tolerance", expected="a number in (0, 1)", got=repr(self.tolerance), fix="Use 1e-15."
+            )
+        if self.max_iterations < 1:
+            raise DataError(
+                "Newton max_iterations", expected="at least 1", got=repr(self.max_iterations), fix="Use 15."
+            )
+
+    def solve(
+        self, stage: StageEquation, solver: LinearSolver, guess: Floats, size: float
+    ) -> tuple[Floats | None, int]:
+        """Solve a stage equation that has begun.
+
+        Parameters
+        ----------
+        stage : StageEquation
+            With its data fixed by ``begin``.
+        solver : LinearSolver
+            For its pattern.
+        guess : numpy.ndarray
+            Shape (n,), in scaled, reordered unknowns.
+        size : float
+            Norm of the state the tolerance is relative to.
+
+        Returns
+        -------
+        z : numpy.ndarray or None
+            The solution; ``None`` if there was no convergence.
+        iterations : int
+            Number of linear solves.
+        """
+        z, last = guess, 0.0
+        for iteration in range(1, self.max_iterations + 1):
+            residual, jacobian = stage.evaluate(z)
+            if not solver.factorise(jacobian):
+                return None, iteration
+            update = solver.solve(residual)
+            z = z - update
+            change = float(np.linalg.norm(update))
+            if not np.isfinite(change):
+                return None, iteration
+            size = max(size, float(np.linalg.norm(z)))
+            ratio = change / last if iteration > 1 else np.inf
+            # convergence is quadratic: the next update would be about change * ratio**2
+            if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * size):
+                return z, iteration
+            if change <= 1e-8 * size and ratio > 0.1 and np.linalg.norm(residual) <= 1e3 * stage.round_off(z):
+                return z, iteration  # the round-off floor: no further iteration can improve it
+            last = change
+        return None, self.max_iterations
