@@ -13,14 +13,17 @@ points.  Everything is linear in them:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from phblocks.blocks.block import Form
-from phblocks.errors import UnknownNameError
+from phblocks.errors import DataError, UnknownNameError
+from phblocks.modes import Modes, find_modes
 from phblocks.ports import Quantity
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -166,6 +169,50 @@ class Angles:
         alpha = self.at(theta)
         return np.concatenate([np.ones_like(alpha, shape=(1, *alpha.shape[1:])), np.cos(alpha), np.sin(alpha)])
 
+    def slopes(self, theta: Floats) -> sp.csr_array:
+        """Evaluate the derivatives of the features with respect to theta.
+
+        Parameters
+        ----------
+        theta : numpy.ndarray
+            Rotation states, shape (n_theta,).
+
+        Returns
+        -------
+        scipy.sparse.csr_array
+            Shape (1 + 2 n_angles, n_theta).
+        """
+        alpha = self.at(theta)
+        first = sp.csr_array((1, theta.size))
+        cos, sin = sp.diags_array(np.cos(alpha)), sp.diags_array(np.sin(alpha))
+        return sp.csr_array(sp.vstack([first, -sin @ self.rows, cos @ self.rows]))
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """A linear descriptor system ``E w' = A w + B u``, ``y = C w + D u`` for deviations from a state.
+
+    Parameters
+    ----------
+    E, A : scipy.sparse.csr_array
+        Shape (m, m); m is n, or n + n_theta where the right-hand side depends on the orientation.
+    B : scipy.sparse.csr_array
+        Shape (m, n_inputs).
+    C : scipy.sparse.csr_array
+        Shape (n_inputs, m).
+    D : scipy.sparse.csr_array
+        Shape (n_inputs, n_inputs).
+    n : int
+        How many of the states w are energy states x; the rest are rotation states.
+    """
+
+    E: sp.csr_array
+    A: sp.csr_array
+    B: sp.csr_array
+    C: sp.csr_array
+    D: sp.csr_array
+    n: int
+
 
 @dataclass(frozen=True)
 class Connections:
@@ -288,7 +335,7 @@ class System:
     @property
     def linear(self) -> bool:
         """Whether J and G are constant and gravity does not turn: one factorisation serves all steps."""
-        return self.T.nnz == 0 and not any(k.values.size for k in (self.K, self.K_u, self.K_g))
+        return self.T.nnz == 0 and not any(k.indices[-1].any() for k in (self.K, self.K_u, self.K_g))
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
@@ -430,6 +477,148 @@ class System:
         result = (self.J(x, theta) - self.R) @ x + self.gravity_force(theta)
         return np.asarray(result if u is None else result + self.G(theta) @ u)
 
+    def linearize(self, state: State | None = None, u: Floats | None = None) -> Linearization:
+        """Linearise the equations of motion about a state.
+
+        Parameters
+        ----------
+        state : State, optional
+            The initial configuration at rest by default. It need not be an equilibrium: the derivatives are those
+            at the state.
+        u : numpy.ndarray, optional
+            Inputs there, shape (n_inputs,); zero by default.
+
+        Returns
+        -------
+        Linearization
+            Its states are x, and theta where the right-hand side depends on it.
+        """
+        state = self.start if state is None else state
+        x, u = state.x, np.zeros(self.n_inputs) if u is None else u
+        shape, tensor = (self.n, self.n), _triplets(self.T)
+        swapped = Triplets((tensor.indices[0], tensor.indices[2], tensor.indices[1]), tensor.values)
+        A = self.J(x, state.theta) - self.R + contract(swapped, x, shape)
+        # kappa[i, f]: what multiplies feature f in equation i; its slope times d alpha / d theta is the derivative
+        kappa = _kappa(self, x, u)
+        turning = kappa @ self.angles.slopes(state.theta)
+        C_theta = _output_slopes(self, x) @ self.angles.slopes(state.theta)
+        G, none = self.G(state.theta), sp.csr_array((self.n_inputs, self.n_inputs))
+        if not turning.count_nonzero() and not C_theta.count_nonzero():
+            return Linearization(self.E, sp.csr_array(A), G, sp.csr_array(G.T), none, self.n)
+        stay = sp.csr_array((self.start.theta.size, self.start.theta.size))
+        return Linearization(
+            sp.csr_array(sp.block_diag([self.E, sp.eye_array(self.start.theta.size)])),
+            sp.csr_array(sp.block_array([[A, turning], [self.rates, stay]])),
+            sp.csr_array(sp.vstack([G, self.input_rates])),
+            sp.csr_array(sp.hstack([G.T, C_theta])),
+            none,
+            self.n,
+        )
+
+    def small_motions(self) -> System:
+        """Return the linear system for small motions about the initial configuration.
+
+        The products of states (T) are dropped, and joints, ports and gravity keep their initial angles; a step
+        then costs one back-substitution. Valid for turns and spins that are small: it has no centrifugal
+        stiffening and no buckling.
+
+        Returns
+        -------
+        System
+            With constant matrices and the same names.
+        """
+        phi = self.angles.features(self.start.theta)
+        i, f = self.K_g.indices
+        weight = Triplets((i, np.zeros_like(f)), self.K_g.values * phi[f])
+        a, b, g = self.connections.entries.indices
+        flows = Triplets((a, b, np.zeros_like(g)), self.connections.entries.values * phi[g])
+        fixed = self.point_angles.at(self.start.theta)
+        return replace(
+            self,
+            J0=self.J(),
+            T=sp.coo_array(self.T.shape),
+            G0=self.G(),
+            K=Triplets.empty(3),
+            K_u=Triplets.empty(3),
+            K_g=weight,
+            angles=Angles(sp.csr_array((0, self.start.theta.size)), np.empty(0)),
+            connections=replace(self.connections, entries=flows),
+            point_angles=Angles(sp.csr_array(self.point_angles.rows.shape), fixed),
+        )
+
+    def modes(self, n: int, state: State | None = None) -> Modes:
+        """Find the lowest natural frequencies of the linearisation about a state.
+
+        Parameters
+        ----------
+        n : int
+            How many; fewer are returned if there are fewer.
+        state : State, optional
+            The initial configuration at rest by default.
+
+        Returns
+        -------
+        Modes
+            Frequencies above zero in rad/s, growth rates and shapes; rigid-body modes are left out.
+
+        Raises
+        ------
+        DataError
+            If n is not a positive integer.
+        """
+        linear = self.linearize(state)
+        return find_modes(linear.E, linear.A, n)
+
+    def rigid_motion(
+        self,
+        velocity: ArrayLike = (0.0, 0.0),
+        spin: float = 0.0,
+        about: ArrayLike = (0.0, 0.0),
+        blocks: Sequence[str] | None = None,
+    ) -> State:
+        """Make a start that moves as a rigid body, from the initial configuration.
+
+        Parameters
+        ----------
+        velocity : array_like, optional
+            Of the point ``about``, shape (dimension,), m/s, in the fixed frame.
+        spin : float, optional
+            Angular velocity, rad/s.
+        about : array_like, optional
+            A point, shape (dimension,), m.
+        blocks : sequence of str, optional
+            Names of the blocks that move; all by default, the others are at rest.
+
+        Returns
+        -------
+        State
+            For ``simulate(..., start=...)``.
+
+        Raises
+        ------
+        DataError
+            If a value is not finite or has the wrong shape.
+        UnknownNameError
+            If there is no such block.
+        """
+        v, c = (np.array(a, dtype=np.float64) for a in (velocity, about))
+        for name, value, shape in (
+            ("velocity", v, (self.dimension,)),
+            ("about", c, (self.dimension,)),
+            ("spin", np.asarray(spin), ()),
+        ):
+            if value.shape != shape or not np.isfinite(value).all():
+                raise DataError(
+                    f"rigid_motion {name}",
+                    expected=f"finite numbers of shape {shape}",
+                    got=repr(value.tolist()),
+                    fix="Correct it.",
+                )
+        x = self.start.x.copy()
+        for part in self.parts if blocks is None else [self.part(name) for name in blocks]:
+            x[part.states] = part.form.moving(v, float(spin), c)
+        return State(x, self.start.theta, self.start.points)
+
     def energy(self, x: Floats) -> float:
         """Evaluate the stored energy, without the potential of gravity.
 
@@ -465,6 +654,24 @@ def contract(tensor: Triplets, vector: Floats, shape: tuple[int, int]) -> sp.csr
     """
     i, j, k = tensor.indices
     return Triplets((i, j), tensor.values * vector[k]).csr(shape)
+
+
+def _kappa(system: System, x: Floats, u: Floats) -> sp.csr_array:
+    """K x + K_g + K_u u, shape (n, n_features)."""
+    i, j, f = system.K.indices
+    k, m, g = system.K_u.indices
+    parts = [
+        Triplets((i, f), system.K.values * x[j]),
+        system.K_g,
+        Triplets((k, g), system.K_u.values * u[m]),
+    ]
+    return Triplets.join(parts).csr((system.n, system.n_features))
+
+
+def _output_slopes(system: System, x: Floats) -> sp.csr_array:
+    """x^T K_u, shape (n_inputs, n_features)."""
+    i, m, f = system.K_u.indices
+    return Triplets((m, f), system.K_u.values * x[i]).csr((system.n_inputs, system.n_features))
 
 
 def _triplets(tensor: sp.coo_array) -> Triplets:

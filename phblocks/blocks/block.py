@@ -282,6 +282,25 @@ class Form:
         """
         raise UnknownNameError("block", expected="a block with extension", got="none", fix="Ask another block.")
 
+    def moving(self, velocity: Floats, spin: float, about: Floats) -> Floats:
+        """Return the states of a rigid motion from the initial configuration.
+
+        Parameters
+        ----------
+        velocity : numpy.ndarray
+            Of the point ``about``, shape (dimension,), m/s, in the fixed frame.
+        spin : float
+            Angular velocity, rad/s.
+        about : numpy.ndarray
+            A point, shape (dimension,), m.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (size,); zero for a block without velocities.
+        """
+        return np.zeros(self.size)
+
     def mean_chord(self, history: History) -> Floats:
         """Rebuild the vector from place 0 to the centre of mass from strain and orientation.
 

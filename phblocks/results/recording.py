@@ -176,7 +176,7 @@ class Recorder:
         def by_step(values: Floats) -> Floats:
             """Integrate values at the stages, shape (stages of all steps, ...), over each step."""
             weighted: Floats = values.reshape(weight.size, -1) * weight[:, None]
-            return weighted.reshape(len(steps), per_step, -1).sum(axis=1)
+            return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
 
         points = self._points + np.cumsum(
             by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape), axis=0

@@ -54,8 +54,10 @@ class StageEquation:
         codes = [_code(m.coords[0], m.coords[1], self.n) for m in constants]
         i, j, k = tensor.indices
         codes += [_code(i, j, self.n), _code(i, k, self.n), _code(system.K.indices[0], system.K.indices[1], self.n)]
-        angle = (pairs[1] - 1) % max(1, system.angles.reference.size)
-        turned = _expand(chain, angle)
+        turning = np.flatnonzero(pairs[1] > 0)  # feature 0 is the constant
+        angle = (pairs[1][turning] - 1) % max(1, system.angles.reference.size)
+        place, column, value = _expand(chain, angle)
+        turned = turning[place], column, value
         codes.append(_code(pairs[0][turned[0]], turned[1], self.n))
         pattern, spots = np.unique(np.concatenate(codes), return_inverse=True)
         at = iter(np.split(spots, np.cumsum([c.size for c in codes])[:-1]))
@@ -205,6 +207,8 @@ class StageEquation:
         self._alpha = self.system.angles.at(theta + tau * (self.system.input_rates @ u))
         self._kappa_known = self._kappa_gravity + self._kappa_input @ u
         self._known = b + self._inputs @ u
+        if self.constant:
+            self._known = self._known + self._collect @ self._kappa_known
 
     def evaluate(self, z: Floats) -> tuple[Floats, Floats]:
         """Evaluate residual and Jacobian.

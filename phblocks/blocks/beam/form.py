@@ -20,6 +20,7 @@ from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
 from phblocks.blocks.block import AngleRows, Form, History, MaterialPoints, PortForm
 from phblocks.errors import UnknownNameError
+from phblocks.frames import QUARTER
 from phblocks.triplets import Floats, Ints, Triplets
 
 PAIRS = (("translation", "V", "N"), ("rotation", "W", "M"))
@@ -39,12 +40,15 @@ class BeamForm(Form):
         Initial curvature, 1/m.
     start_angle : float
         Initial orientation at the start, rad.
+    origin : numpy.ndarray
+        Initial place of the start, shape (2,), m.
     """
 
     mesh: Mesh = field(kw_only=True)
     compliance: Floats = field(kw_only=True)
     curvature: float = field(kw_only=True)
     start_angle: float = field(kw_only=True)
+    origin: Floats = field(kw_only=True)
 
     def value(self, history: History, name: str, place: float) -> Floats:
         """Read a component of a field; see :meth:`Form.value`.
@@ -121,7 +125,7 @@ class BeamForm(Form):
         mean = _weighted(history.points[:, e * nodes.size : (e + 1) * nodes.size], weights)
         to_here = xi[0] * _weighted(self._tangents(history, same, nodes * xi[0]), weights)
         to_mean = _weighted(self._tangents(history, same, nodes), weights * (1.0 - nodes))
-        return mean + h * (to_here - to_mean)
+        return np.asarray(mean + h * (to_here - to_mean))
 
     def chord(self, history: History, first: float, second: float) -> Floats:
         """Rebuild the vector between two places, the integral of Lambda (e1 + Gamma); see :meth:`Form.chord`.
@@ -148,6 +152,36 @@ class BeamForm(Form):
         tangents = self._tangents(history, np.repeat(elements, points.size), xi.ravel())
         sign = 1.0 if second >= first else -1.0
         return sign * _weighted(tangents, (width[elements, None] * weights).ravel())
+
+    def moving(self, velocity: Floats, spin: float, about: Floats) -> Floats:
+        """Return the states of a rigid motion from the initial configuration; see :meth:`Form.moving`.
+
+        Parameters
+        ----------
+        velocity : numpy.ndarray
+            Of the point ``about``, shape (2,), m/s, in the fixed frame.
+        spin : float
+            Angular velocity, rad/s.
+        about : numpy.ndarray
+            A point, shape (2,), m.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (size,): velocities interpolated at the nodes, forces and moments zero.
+        """
+        states = []
+        for run in self.runs:
+            angle = self.start_angle + self.curvature * run.positions
+            lever = self.origin + arc(self.curvature, self.start_angle, run.positions) - about
+            v = velocity + spin * (lever @ QUARTER.T)
+            material = {
+                "V1": np.cos(angle) * v[:, 0] + np.sin(angle) * v[:, 1],
+                "V2": np.cos(angle) * v[:, 1] - np.sin(angle) * v[:, 0],
+                "W3": np.full(angle.size, spin),
+            }
+            states.append(material.get(run.field, np.zeros(angle.size)))
+        return np.concatenate(states)
 
     def mean_chord(self, history: History) -> Floats:
         """Rebuild the vector from the start to the centre of mass; see :meth:`Form.mean_chord`.
@@ -392,6 +426,7 @@ def beam_form(
         compliance=coefficients,
         curvature=curvature,
         start_angle=start_angle,
+        origin=origin,
     )
 
 

@@ -1,0 +1,113 @@
+"""Natural frequencies and shapes of a linear descriptor system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from phblocks.errors import DataError
+from phblocks.triplets import Floats
+
+Complexes = NDArray[np.complex128]
+
+#: Up to this size dense eigenvalues are taken: all of them, and nothing to tune.
+DENSE = 800
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Oscillations ``w(t) = shape * exp((growth + 1j * frequency) * t)``.
+
+    Parameters
+    ----------
+    frequencies : numpy.ndarray
+        Shape (m,), rad/s, ascending, above zero.
+    growth : numpy.ndarray
+        Shape (m,), 1/s; negative if damped, zero for an undamped system at rest.
+    shapes : numpy.ndarray
+        Complex, shape (states, m), of unit energy: ``1/2 w^H E w = 1``.
+    """
+
+    frequencies: Floats
+    growth: Floats
+    shapes: Complexes
+
+    @property
+    def hertz(self) -> Floats:
+        """Frequencies in Hz, shape (m,)."""
+        return self.frequencies / (2.0 * np.pi)
+
+
+def find_modes(E: sp.csr_array, A: sp.csr_array, n: int) -> Modes:
+    """Find the lowest natural frequencies of ``E w' = A w``.
+
+    Where A is skew (an undamped system at rest) the problem ``-1j A w = omega E w`` is Hermitian and is solved as
+    such: frequencies are real, and shapes are orthogonal in E. Systems of more than 800 states are solved by
+    shift-and-invert Lanczos or Arnoldi (ARPACK) about frequency zero.
+
+    Parameters
+    ----------
+    E : scipy.sparse.csr_array
+        Shape (m, m), symmetric positive definite.
+    A : scipy.sparse.csr_array
+        Shape (m, m).
+    n : int
+        How many modes.
+
+    Returns
+    -------
+    Modes
+        The n lowest (or all, if there are fewer) with a frequency above zero.
+
+    Raises
+    ------
+    DataError
+        If n is not a positive integer.
+    """
+    if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 1:
+        raise DataError("modes n", expected="a positive integer", got=repr(n), fix="Ask for the lowest n modes.")
+    scale = sp.diags_array(1.0 / np.sqrt(E.diagonal()))  # one size for forces and velocities
+    E, A = sp.csc_array(scale @ E @ scale), sp.csc_array(scale @ A @ scale)
+    largest = float(np.sqrt((A.multiply(A)).sum(axis=1).max(initial=0.0)))
+    skew = np.abs((A + A.T).data).max(initial=0.0) <= 1e-14 * largest
+    if E.shape[0] <= DENSE:
+        values, shapes = _dense(E, A, skew)
+    else:
+        values, shapes = _sparse(E, A, skew, n, largest)
+    order = np.argsort(values.imag)
+    order = order[values.imag[order] > 1e-12 * largest][:n]
+    shapes = shapes[:, order]
+    energy = 0.5 * np.einsum("im,im->m", shapes.conj(), E @ shapes).real
+    return Modes(values[order].imag, values[order].real, scale @ (shapes / np.sqrt(energy)))
+
+
+def _dense(E: sp.csc_array, A: sp.csc_array, skew: bool) -> tuple[Complexes, Complexes]:
+    from scipy.linalg import eig, eigh
+
+    if skew:
+        frequencies, shapes = eigh(-1j * A.toarray(), E.toarray())
+        return 1j * frequencies, shapes
+    values, shapes = eig(A.toarray(), E.toarray())
+    return values, shapes
+
+
+def _sparse(E: sp.csc_array, A: sp.csc_array, skew: bool, n: int, largest: float) -> tuple[Complexes, Complexes]:
+    """Eigenvalues nearest to a small shift; ask for more until n of them are oscillations."""
+    from scipy.sparse.linalg import eigs, eigsh
+
+    size, wanted = E.shape[0], 2 * n + 12
+    shift = 1e-9 * largest
+    start = np.random.default_rng(0).standard_normal(size).astype(complex)
+    while True:
+        wanted = min(wanted, size - 2)
+        if skew:
+            frequencies, shapes = eigsh(-1j * A, wanted, M=E, sigma=shift, v0=start)
+            values = 1j * frequencies
+        else:
+            values, shapes = eigs(A.astype(complex), wanted, M=E, sigma=1j * shift, v0=start)
+        if (values.imag > 1e-12 * largest).sum() >= n or wanted >= size - 2:
+            return values, shapes
+        wanted *= 2
