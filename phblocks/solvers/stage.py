@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from phblocks.solvers.ordering import narrow_order
 from phblocks.system import System, tensor_triplets
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -63,10 +63,7 @@ class StageEquation:
         at = iter(np.split(spots, np.cumsum([c.size for c in codes])[:-1]))
 
         rows, columns = pattern // self.n, pattern % self.n
-        graph = sp.csr_matrix((np.ones(pattern.size), (rows, columns)), shape=(self.n, self.n))
-        self.order = np.asarray(
-            reverse_cuthill_mckee(sp.csr_matrix(graph + graph.T), symmetric_mode=True), dtype=np.int64
-        )
+        self.order = narrow_order(rows, columns, self.n)
         new = np.empty(self.n, dtype=np.int64)
         new[self.order] = np.arange(self.n)
         # the pattern in the new order, sorted by rows: "slot" maps the old numbering of entries to the new one
