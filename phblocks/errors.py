@@ -54,8 +54,8 @@ class DuplicateNameError(PhblocksError, ValueError):
     code = "PH201"
 
 
-class UnknownNameError(PhblocksError, LookupError):
-    """A block, port, field or input is asked for that does not exist."""
+class UnknownNameError(PhblocksError, KeyError):
+    """A block, port, state, field, energy or input is asked for that does not exist."""
 
     code = "PH202"
 

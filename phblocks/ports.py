@@ -7,10 +7,11 @@ the other.  Power counts as positive into the block: force on the block times ve
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
+from phblocks.errors import UnknownNameError
 from phblocks.space import Space
 from phblocks.triplets import Floats
 
@@ -106,6 +107,35 @@ class Port:
     def __repr__(self) -> str:
         """Return the path and the pair of quantities."""
         return f"<{self.path}: {self.domain.summed.name}/{self.domain.common.name}>"
+
+
+class Ports(dict[str, Port]):
+    """Ports of a block by name.
+
+    Parameters
+    ----------
+    block : str
+        Name of the block, for messages.
+    ports : iterable of Port
+        Its ports.
+
+    Raises
+    ------
+    UnknownNameError
+        On look-up of a port that the block does not have.
+    """
+
+    def __init__(self, block: str, ports: Iterable[Port]) -> None:
+        super().__init__({port.name: port for port in ports})
+        self.block = block
+
+    def __missing__(self, name: object) -> NoReturn:
+        raise UnknownNameError(
+            f"block {self.block!r}",
+            expected=f"one of its ports {', '.join(self) or '(there are none)'}",
+            got=repr(name),
+            fix="Check the name.",
+        )
 
 
 @dataclass(frozen=True, eq=False)

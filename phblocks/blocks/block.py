@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from phblocks.errors import DataError, UnknownNameError
-from phblocks.ports import Anchor, Port
+from phblocks.ports import Anchor, Port, Ports
 from phblocks.space import Space
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -384,7 +384,7 @@ class Block(ABC):
     @property
     def ports(self) -> Mapping[str, Port]:
         """All ports by name."""
-        return {port.name: port for anchor in self.anchors.values() for port in anchor.ports}
+        return Ports(self.name, (port for anchor in self.anchors.values() for port in anchor.ports))
 
     def __repr__(self) -> str:
         """Return kind and name."""

@@ -150,7 +150,11 @@ class EnergySeries(Mapping[str, Floats]):
         self._series = dict(series)
 
     def __getitem__(self, name: str) -> Floats:
-        """Return one series."""
+        """Return one series; an unknown name raises :class:`~phblocks.errors.UnknownNameError`."""
+        if name not in self._series:
+            raise UnknownNameError(
+                "energy", expected=f"one of {', '.join(self._series)}", got=repr(name), fix="Check the name."
+            )
         return self._series[name]
 
     def __iter__(self) -> Iterator[str]:
