@@ -26,6 +26,7 @@ from phblocks.network import Exposure, Junction, Network, call_site
 from phblocks.ports import Anchor, Port
 from phblocks.space import PLANAR
 from phblocks.system import System
+from phblocks.triplets import Floats, real_array
 
 B = TypeVar("B", bound=Block)
 
@@ -46,18 +47,15 @@ class Diagram:
     Raises
     ------
     DataError
-        If gravity is not two finite numbers.
+        If gravity is not two finite components.
+    ArgumentTypeError
+        If gravity is not numbers, or the name not a text.
     """
 
     def __init__(self, name: str = "diagram", gravity: ArrayLike | None = None) -> None:
-        acceleration = None if gravity is None else np.array(gravity, dtype=np.float64)
-        if acceleration is not None and (acceleration.shape != (2,) or not np.isfinite(acceleration).all()):
-            raise DataError(
-                f"Diagram {name!r} gravity",
-                expected="two finite components, m/s^2",
-                got=repr(gravity),
-                fix="Write for instance gravity=(0.0, -9.81); this version builds planar diagrams only.",
-            )
+        if not isinstance(name, str):
+            raise ArgumentTypeError("name of a diagram", expected="a text", got=repr(name), fix="Choose a name.")
+        acceleration = None if gravity is None else _acceleration(f"Diagram {name!r} gravity", gravity)
         ground = Ground()
         self.network = Network(name, acceleration, PLANAR, blocks={ground.name: ground})
         self._ground = ground
@@ -189,7 +187,7 @@ class Diagram:
         port : Port
             Such as ``beam.end.translation``.
         name : str
-            Of input and output; components get ".x", ".y".
+            Of input and output, without dots; components get ".x", ".y".
         imposes : str, optional
             What the outside imposes, by name, such as "force" or "velocity"; by default the summed quantity
             (force, moment), unless the port can only take the common one (velocity).
@@ -199,13 +197,25 @@ class Diagram:
         DuplicateNameError
             If the name is in use.
         DataError
-            If the domain of the port has no such quantity.
+            If the domain of the port has no such quantity, the name has a dot, or the port is the ground's.
         ForeignBlockError
             If the block is not in the diagram.
         ArgumentTypeError
-            If it is not a port.
+            If it is not a port, or the name not a text.
         """
         self._require_port("expose", port)
+        where = f"expose {port.path} name"
+        if not isinstance(name, str):
+            raise ArgumentTypeError(where, expected="a text", got=repr(name), fix="Choose a name.")
+        if not name or "." in name:
+            raise DataError(where, expected="a non-empty text without dots", got=repr(name), fix="Choose another.")
+        if port.block.shared:
+            raise DataError(
+                f"expose {port.path}",
+                expected="a port of a block that can move",
+                got=f"one of {port.block!r}",
+                fix="Expose the port of the block that is attached there, or impose a velocity instead of the ground.",
+            )
         if any(e.name == name for e in self.network.exposed):
             raise DuplicateNameError(
                 f"diagram {self.name!r}",
@@ -254,11 +264,17 @@ class Diagram:
 
         Raises
         ------
+        DataError
+            If the diagram has no blocks.
         CausalityError
             If the diagram is not causal.
         StructureError
             If the matrices violate the port-Hamiltonian structure.
         """
+        if all(block.shared for block in self.network.blocks.values()):
+            raise DataError(
+                f"diagram {self.name!r}", expected="blocks", got="none but the ground", fix="Call add() first."
+            )
         report = self.check()
         report.raise_if_impossible()
         return assemble(self.network, report, outputs)
@@ -334,3 +350,13 @@ class Diagram:
                     got=f"{here.tolist()} and {position.tolist()}, {distance:.6g} m apart",
                     fix="Correct the coordinates.",
                 )
+
+
+def _acceleration(where: str, gravity: ArrayLike) -> Floats:
+    fix = "Write for instance gravity=(0.0, -9.81); this version builds planar diagrams only."
+    acceleration = real_array(gravity)
+    if acceleration is None:
+        raise ArgumentTypeError(where, expected="two numbers, m/s^2", got=repr(gravity), fix=fix)
+    if acceleration.shape != (2,) or not np.isfinite(acceleration).all():
+        raise DataError(where, expected="two finite components, m/s^2", got=repr(gravity), fix=fix)
+    return acceleration

@@ -17,6 +17,26 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+def real_array(value: object) -> Floats | None:
+    """Make an array of what a user gave, if it is real numbers.
+
+    Parameters
+    ----------
+    value : object
+        A number, or numbers in a list, tuple or array.
+
+    Returns
+    -------
+    numpy.ndarray or None
+        A copy; ``None`` for texts, truth values, complex numbers, ``None`` and lists of unequal length.
+    """
+    try:
+        array = np.array(value)
+    except (TypeError, ValueError):
+        return None
+    return array.astype(np.float64) if array.dtype.kind in "iuf" else None
+
+
 @dataclass(frozen=True, slots=True)
 class Triplets:
     """Entries of a sparse array of any order; entries at the same place add up.

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phblocks.errors import DataError, UnknownNameError
+from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.ports import Anchor, Port, Ports
 from phblocks.space import Space
 from phblocks.triplets import Floats, Ints, Triplets
@@ -335,7 +335,9 @@ class Block(ABC):
     shared = False
 
     def __init__(self, name: str) -> None:
-        if not isinstance(name, str) or not name or "." in name:
+        if not isinstance(name, str):
+            raise ArgumentTypeError("name of a block", expected="a text", got=repr(name), fix="Choose a name.")
+        if not name or "." in name:
             raise DataError(
                 "name of a block",
                 expected="a non-empty text without dots",

@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 from phblocks.blocks.beam.ends import END_NAMES, End, parse_causality
 from phblocks.blocks.beam.form import BeamForm, beam_form
 from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
-from phblocks.blocks.beam.section import Section, require_positive
+from phblocks.blocks.beam.section import Section, require_positive, require_real
 from phblocks.blocks.beam.tensors import Variant
 from phblocks.blocks.block import Block, PortChoice, Tie
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor
 from phblocks.space import PLANAR, Space
-from phblocks.triplets import Floats
+from phblocks.triplets import Floats, real_array
 
 
 class Beam(Block):
@@ -85,7 +85,11 @@ class Beam(Block):
                 got=type(section).__name__,
                 fix="Make a ph.Section.",
             )
-        if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)) or not 1 <= degree <= 12:
+        if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)):
+            raise ArgumentTypeError(
+                f"Beam {name!r} degree", expected="an integer", got=repr(degree), fix="Use 1, 2 or 3."
+            )
+        if not 1 <= degree <= 12:
             raise DataError(
                 f"Beam {name!r} degree",
                 expected="an integer from 1 to 12",
@@ -231,7 +235,7 @@ class Beam(Block):
         return "-".join(END_NAMES[e] for e in ends)
 
     def _nearest_boundary(self, switch_at: float) -> int:
-        if not (isinstance(switch_at, (int, float)) and 0.0 < switch_at < 1.0):
+        if not 0.0 < require_real(f"Beam {self.name!r} switch_at", switch_at) < 1.0:
             raise DataError(
                 f"Beam {self.name!r} switch_at",
                 expected="a fraction between 0 and 1",
@@ -271,12 +275,9 @@ class BeamPoint:
 
 
 def _point(where: str, value: ArrayLike) -> Floats:
-    try:
-        point = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ArgumentTypeError(
-            where, expected="coordinates (x, y)", got=repr(value), fix="Give two numbers in m."
-        ) from None
+    point = real_array(value)
+    if point is None:
+        raise ArgumentTypeError(where, expected="coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
     if point.shape == (3,):
         raise DataError(where, expected="two coordinates", got="three", fix="This version builds planar diagrams only.")
     if point.shape != (2,) or not np.isfinite(point).all():
@@ -289,8 +290,7 @@ def _curvature(name: str, curvature: float | None, chord: float) -> float:
     if curvature is None:
         return 0.0
     where = f"Beam {name!r} curvature"
-    if isinstance(curvature, bool) or not isinstance(curvature, (int, float, np.number)):
-        raise ArgumentTypeError(where, expected="a number, 1/m", got=repr(curvature), fix="0 is a straight beam.")
+    curvature = require_real(where, curvature)
     if not (math.isfinite(curvature) and abs(curvature) * chord <= 2.0):
         raise DataError(
             where,
@@ -298,7 +298,7 @@ def _curvature(name: str, curvature: float | None, chord: float) -> float:
             got=repr(curvature),
             fix="The circle must reach from start to end; split a longer arc into several beams.",
         )
-    return float(curvature)
+    return curvature
 
 
 def _arc_length(curvature: float, chord: float) -> float:
@@ -312,17 +312,14 @@ def _fractions(name: str, elements: int | ArrayLike) -> Floats:
         if elements < 1:
             raise DataError(where, expected="at least 1", got=repr(elements), fix="Start with 4 elements of degree 2.")
         return np.linspace(0.0, 1.0, int(elements) + 1)
-    if isinstance(elements, (bool, float, str)) or elements is None:
+    fractions = real_array(elements)
+    if fractions is None or fractions.ndim == 0:
         raise ArgumentTypeError(
             where,
             expected="a whole number or a sequence of fractions",
             got=repr(elements),
             fix="Give an int, or boundaries such as (0, 0.2, 1).",
         )
-    try:
-        fractions = np.array(elements, dtype=np.float64)
-    except (TypeError, ValueError):
-        fractions = np.empty(0)
     if (
         fractions.ndim != 1
         or fractions.size < 2

@@ -14,6 +14,33 @@ from phblocks.triplets import Floats
 Pair = float | tuple[float, float]
 
 
+def require_real(where: str, value: object) -> float:
+    """Return a number if it is real.
+
+    Parameters
+    ----------
+    where : str
+        What the number is, for the message.
+    value : object
+        The candidate.
+
+    Returns
+    -------
+    float
+        The number; it may be NaN or infinite.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not a real number (a truth value is none).
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise ArgumentTypeError(
+            where, expected="a real number", got=type(value).__name__, fix="Give a number in SI units."
+        )
+    return float(value)
+
+
 def require_positive(where: str, value: object) -> float:
     """Return a number if it is finite and positive.
 
@@ -36,13 +63,10 @@ def require_positive(where: str, value: object) -> float:
     DataError
         If it is not finite and positive.
     """
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise ArgumentTypeError(
-            where, expected="a real number", got=type(value).__name__, fix="Give a number in SI units."
-        )
-    if not (math.isfinite(value) and value > 0.0):
+    number = require_real(where, value)
+    if not (math.isfinite(number) and number > 0.0):
         raise DataError(where, expected="a finite number > 0", got=repr(value), fix="Give a value in SI units.")
-    return float(value)
+    return number
 
 
 @dataclass(frozen=True)
@@ -115,7 +139,7 @@ class Section:
         """From area, second moments (about 2, about 3) and torsion constant of an isotropic solid."""
         for name, value in (("young", young), ("density", density), ("shear_factor", shear_factor)):
             require_positive(f"Section {name}", value)
-        if not -1.0 < poisson <= 0.5:
+        if not -1.0 < require_real("Section poisson", poisson) <= 0.5:
             raise DataError(
                 "Section poisson",
                 expected="a Poisson number in (-1, 0.5]",
