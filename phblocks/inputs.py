@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from phblocks.errors import DataError, UnknownNameError
+from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.system import System
-from phblocks.triplets import Floats
+from phblocks.triplets import Floats, real_array
 
 
 class NotFinite(Exception):
@@ -45,9 +45,18 @@ class Drive:
         If there is no exposed port of that name.
     DataError
         If a value has the wrong shape, or an imposed velocity is missing.
+    ArgumentTypeError
+        If the signals are not a mapping, or a value is not numbers.
     """
 
     def __init__(self, system: System, signals: Mapping[str, Any]) -> None:
+        if not isinstance(signals, Mapping):
+            raise ArgumentTypeError(
+                "simulate inputs",
+                expected="a mapping from names of exposed ports to signals",
+                got=repr(signals),
+                fix='Write for instance inputs={"tip": (0.0, -1.0)}.',
+            )
         self._n = system.n_inputs
         spans: dict[str, list[int]] = {}
         for i, entry in enumerate(system.inputs):
@@ -102,6 +111,8 @@ class Drive:
         ------
         DataError
             If a signal gives a value of the wrong shape.
+        ArgumentTypeError
+            If a signal gives something else than numbers.
         NotFinite
             If a signal gives a value that is not finite.
         """
@@ -115,15 +126,11 @@ class Drive:
 
     @staticmethod
     def _value(name: str, value: object, size: int, t: float) -> Floats:
-        try:
-            array = np.asarray(value, dtype=np.float64)
-        except (TypeError, ValueError):
-            array = np.empty((0,))
+        array = real_array(value)
+        where, fix = f"simulate inputs[{name!r}] at t = {t:g} s", "Correct the constant or the function of time."
+        expected = "a number" if size == 1 else f"numbers of shape ({size},)"
+        if array is None:
+            raise ArgumentTypeError(where, expected=expected, got=repr(value), fix=fix)
         if array.size != size or array.ndim > 1:
-            raise DataError(
-                f"simulate inputs[{name!r}] at t = {t:g} s",
-                expected="a number" if size == 1 else f"numbers of shape ({size},)",
-                got=f"shape {array.shape}" if array.size else repr(value),
-                fix="Correct the constant or the function of time.",
-            )
+            raise DataError(where, expected=expected, got=f"shape {array.shape}", fix=fix)
         return np.atleast_1d(array)
