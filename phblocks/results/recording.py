@@ -294,7 +294,7 @@ class _Books:
     def velocities(self, z: Floats, theta: Floats) -> Floats:
         """Velocities of the material points in the fixed frame, shape (stages, points, dimension)."""
         count, d = self.system.point_mass.size, self.system.dimension
-        material = np.asarray((self.system.point_velocity @ z.T).T).reshape(-1, count, d)
+        material = np.asarray((self.system.point_velocity @ z.T).T).reshape(len(z), count, d)
         angle = self.system.point_angles.at(theta.T).T[..., None]
         return np.asarray(np.cos(angle) * material + np.sin(angle) * (material @ QUARTER.T))
 
