@@ -6,6 +6,9 @@ Every error of the library derives from :class:`PhblocksError` and from the buil
 
 from __future__ import annotations
 
+from functools import partial
+from typing import Any
+
 
 class PhblocksError(Exception):
     """Root of all errors raised by phblocks.
@@ -30,6 +33,11 @@ class PhblocksError(Exception):
         self.got = got
         self.fix = fix
         super().__init__(f"[{self.code}] {where}: expected {expected}, got {got}. {fix}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Keep the four parts when pickled, as on the way back from a worker process."""
+        parts = {"where": self.where, "expected": self.expected, "got": self.got, "fix": self.fix}
+        return partial(type(self), **parts), ()
 
     def __str__(self) -> str:
         """Return the message as it is (``KeyError`` would quote it)."""
