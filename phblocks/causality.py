@@ -2,8 +2,8 @@
 
 Exactly one port of a junction gives the common quantity (velocity), the others take it and give the summed one
 (force).  Blocks say what their ports are able to do and which choices depend on each other; the assignment with
-the fewest switches inside beams is a 0/1 program.  Junctions that cannot be satisfied pay a penalty in the same
-program, so that an impossible diagram is answered with the junctions at fault and not with "infeasible".
+the fewest switches inside beams is a 0/1 program.  If it has no solution, a second program finds the fewest
+junctions that cannot be satisfied, so that an impossible diagram is answered with the junctions at fault.
 """
 
 from __future__ import annotations
@@ -12,16 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from phblocks.blocks.block import PortChoice, Tie
 from phblocks.errors import CausalityError
 from phblocks.network import Junction, Network
 from phblocks.ports import Port
 from phblocks.triplets import Triplets
-
-#: Price of one violated junction, in switches; larger than the switches any repair could save.
-PENALTY = 1e3
 
 
 @dataclass(frozen=True)
@@ -171,8 +167,11 @@ def assign_causality(network: Network) -> CausalityReport:
         choices |= {c.port: c for c in sorted(block_choices, key=lambda c: c.port.name)}
         ties += block_ties
     junctions = sorted(network.junctions(), key=lambda j: sorted(p.path for p in j.ports))
-    gives, violated = _solve(choices, ties, junctions)
-    conflicts = tuple(_conflict(junctions[i], choices) for i in violated)
+    solved = _solve(choices, ties, junctions) or _solve(choices, ties, junctions, violations=True)
+    assert solved is not None  # the second program always has a solution
+    gives, violated = solved
+    held = [i for i, junction in enumerate(junctions) if _is_open_to_nothing(junction)]
+    conflicts = tuple(_conflict(junctions[i], choices) for i in sorted({*violated, *held}))
     where = {port: j for j in network.junctions() for port in j.ports if not port.block.shared}
     assignments = tuple(
         Assignment(port, gives[port], where[port] if port in where else _alone(port), _is_fixed(choices[port]))
@@ -193,65 +192,71 @@ def _is_fixed(choice: PortChoice) -> bool:
 
 
 def _solve(
-    choices: Mapping[Port, PortChoice], ties: Sequence[Tie], junctions: Sequence[Junction]
-) -> tuple[dict[Port, bool], list[int]]:
-    """Minimise switches + PENALTY * violations over 0/1 choices (1: the port gives)."""
+    choices: Mapping[Port, PortChoice],
+    ties: Sequence[Tie],
+    junctions: Sequence[Junction],
+    violations: bool = False,
+) -> tuple[dict[Port, bool], list[int]] | None:
+    """Find 0/1 choices (1: the port gives) with the least cost of switches, or with the fewest violated junctions.
+
+    Unknowns are the choices, whether each tie differs, and how many givers each junction has too few or too many.
+    """
     from scipy.optimize import Bounds, LinearConstraint, milp
 
-    ports = list(choices)
-    number = {port: i for i, port in enumerate(ports)}
-    n, m, k = len(ports), len(junctions), len(ties)
-    # unknowns: choices, switches, violations (too few givers, too many givers)
-    rows = [j for j, junction in enumerate(junctions) for _ in junction.ports]
-    columns = [number[port] for junction in junctions for port in junction.ports]
-    one_giver = Triplets.join(
+    number = {port: i for i, port in enumerate(choices)}
+    n, k, m = len(choices), len(ties), len(junctions)
+    i, j = np.arange(k), np.arange(m)
+    first, second = (np.array([number[p] for p in ends], dtype=int) for ends in _ends(ties))
+    at = np.array([(row, number[port]) for row, junction in enumerate(junctions) for port in junction.ports], dtype=int)
+    at = at.reshape(-1, 2)
+    matrix = Triplets.join(
         [
-            Triplets.of(rows, columns, values=1.0),
-            Triplets.of(np.arange(m), n + k + np.arange(m), values=1.0),
-            Triplets.of(np.arange(m), n + k + m + np.arange(m), values=-1.0),
+            # one giver at each junction, the outside counted
+            Triplets.of(at[:, 0], at[:, 1], values=1.0),
+            Triplets.of(j, n + k + j, values=1.0),
+            Triplets.of(j, n + k + m + j, values=-1.0),
+            # a tie differs if first - second or second - first is 1
+            *(Triplets.of(m + i, column, values=v) for column, v in ((first, 1.0), (second, -1.0), (n + i, -1.0))),
+            *(Triplets.of(m + k + i, column, values=v) for column, v in ((first, -1.0), (second, 1.0), (n + i, -1.0))),
         ]
-    ).csr((m, n + k + 2 * m))
-    from_outside = np.array([sum(e.gives for e in junction.exposures) for junction in junctions], dtype=float)
-    first, second = (
-        ([number[p] for p in ends] for ends in zip(*((t.first, t.second) for t in ties), strict=True))
-        if ties
-        else ([], [])
-    )
-    i = np.arange(k)
-    differ = Triplets.join(
-        [
-            Triplets.of(i, first, values=1.0),
-            Triplets.of(i, second, values=-1.0),
-            Triplets.of(i, n + i, values=-1.0),
-            Triplets.of(k + i, first, values=-1.0),
-            Triplets.of(k + i, second, values=1.0),
-            Triplets.of(k + i, n + i, values=-1.0),
-        ]
-    ).csr((2 * k, n + k + 2 * m))
-    lower = np.array([0.0 if choices[p].may_take else 1.0 for p in ports])
-    upper = np.array([1.0 if choices[p].may_give else 0.0 for p in ports])
-    switch_limit = np.array([0.0 if t.cost is None else 1.0 for t in ties])
-    cost = np.concatenate([np.zeros(n), [t.cost or 0.0 for t in ties], np.full(2 * m, PENALTY)])
+    ).csr((m + 2 * k, n + k + 2 * m))
+    wanted = np.array([1.0 - sum(e.gives for e in junction.exposures) for junction in junctions])
+    cost_of_ties = np.array([0.0 if violations or t.cost is None else t.cost for t in ties])
     result = milp(
-        cost,
+        np.concatenate([np.zeros(n), cost_of_ties, np.full(2 * m, 1.0)]),
         integrality=np.concatenate([np.ones(n), np.zeros(k + 2 * m)]),
         bounds=Bounds(
-            np.concatenate([lower, np.zeros(k + 2 * m)]),
-            np.concatenate([upper, switch_limit, np.full(2 * m, np.inf)]),
-        ),
-        constraints=[
-            LinearConstraint(
-                sp.vstack([one_giver, differ], format="csc"),
-                np.concatenate([1.0 - from_outside, np.full(2 * k, -np.inf)]),
-                np.concatenate([1.0 - from_outside, np.zeros(2 * k)]),
+            np.concatenate([[0.0 if c.may_take else 1.0 for c in choices.values()], np.zeros(k + 2 * m)]),
+            np.concatenate(
+                [
+                    [1.0 if c.may_give else 0.0 for c in choices.values()],
+                    [0.0 if t.cost is None else 1.0 for t in ties],
+                    np.full(2 * m, np.inf if violations else 0.0),
+                ]
             ),
-        ],
+        ),
+        constraints=LinearConstraint(
+            matrix.tocsc(),
+            np.concatenate([wanted, np.full(2 * k, -np.inf)]),
+            np.concatenate([wanted, np.zeros(2 * k)]),
+        ),
     )
     if result.x is None:
-        raise CausalityError("diagram", expected="a solvable assignment", got=str(result.message), fix="Report this.")
-    gives = {port: bool(result.x[number[port]] > 0.5) for port in ports}
+        return None
+    gives = {port: bool(result.x[i] > 0.5) for port, i in number.items()}
     excess = result.x[n + k : n + k + m] + result.x[n + k + m :]
-    return gives, [int(j) for j in np.flatnonzero(excess > 0.5)]
+    return gives, [int(row) for row in np.flatnonzero(excess > 0.5)]
+
+
+def _ends(ties: Sequence[Tie]) -> tuple[list[Port], list[Port]]:
+    return [t.first for t in ties], [t.second for t in ties]
+
+
+def _is_open_to_nothing(junction: Junction) -> bool:
+    """Whether an exposed quantity could not act: the junction is held, by the ground or by another exposure."""
+    held = any(port.block.shared for port in junction.ports)
+    giving = sum(e.gives for e in junction.exposures)
+    return len(junction.exposures) > giving and (held or giving > 0)
 
 
 def _conflict(junction: Junction, choices: Mapping[Port, PortChoice]) -> Conflict:
@@ -269,6 +274,8 @@ def _conflict(junction: Junction, choices: Mapping[Port, PortChoice]) -> Conflic
 
 def _repair(junction: Junction, choices: Mapping[Port, PortChoice], ties: Sequence[Tie]) -> str:
     """Say what to change so that exactly one port of the junction gives."""
+    if _is_open_to_nothing(junction):
+        return f"[{junction.name}] is held: expose it without the ground, or read what holds it from the solution."
     able = [p for p in junction.ports if choices[p].may_give]
     common, summed = junction.domain.common.name, junction.domain.summed.name
     stiff = [t for t in ties if t.cost is None and {t.first, t.second} & set(junction.ports)]
