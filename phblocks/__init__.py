@@ -4,14 +4,33 @@ The names below are in the order of their use: make sections and blocks, join th
 compile it to a system, simulate it, read the solution.
 """
 
+from phblocks import errors
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.section import Section
+from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
 from phblocks.errors import PhblocksError
+from phblocks.ports import Anchor, Port
+from phblocks.results.solution import Solution
 from phblocks.simulation import simulate
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.newton import Newton
 from phblocks.system import State, System
 
-__all__ = ["Beam", "Diagram", "Midpoint", "Newton", "PhblocksError", "Section", "State", "System", "simulate"]
+__all__ = [
+    "Anchor",
+    "Beam",
+    "CausalityReport",
+    "Diagram",
+    "Midpoint",
+    "Newton",
+    "PhblocksError",
+    "Port",
+    "Section",
+    "Solution",
+    "State",
+    "System",
+    "errors",
+    "simulate",
+]
 __version__ = "0.1.0"

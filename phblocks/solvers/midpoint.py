@@ -70,6 +70,8 @@ class MidpointStepper:
     ----------
     stage : StageEquation
         Changes states to the unknowns that ``step`` works with and back.
+    solver : LinearSolver
+        Holds the last factor of the Newton matrix.
     """
 
     #: Where in a step the inputs are evaluated, as fractions of it, and the weights of the stages.
@@ -79,7 +81,7 @@ class MidpointStepper:
     def __init__(self, system: System, newton: Newton) -> None:
         self.stage = StageEquation(system)
         self._newton = newton
-        self._solver: LinearSolver = linear_solver(self.stage.rows, self.stage.columns, self.stage.n)
+        self.solver: LinearSolver = linear_solver(self.stage.rows, self.stage.columns, self.stage.n)
         self._factored_for: float | None = None
 
     def step(self, x: Floats, theta: Floats, dt: float, u: Floats, guess: Floats | None = None) -> Step | None:
@@ -109,7 +111,7 @@ class MidpointStepper:
             z, iterations = self._solve_linear(x, dt)
         else:
             start = x if guess is None else guess[0]
-            z, iterations = self._newton.solve(stage, self._solver, start, float(np.linalg.norm(x)))
+            z, iterations = self._newton.solve(stage, self.solver, start, float(np.linalg.norm(x)))
         if z is None:
             return None
         turn = dt * stage.spin(z, u[0])
@@ -119,8 +121,8 @@ class MidpointStepper:
         """One back-substitution with a factor that is kept as long as the step stays the same."""
         residual, jacobian = self.stage.evaluate(x)
         if self._factored_for != dt:
-            self._factored_for = dt if self._solver.factorise(jacobian) else None
+            self._factored_for = dt if self.solver.factorise(jacobian) else None
             if self._factored_for is None:
                 return None, 0
-        z = x - self._solver.solve(residual)
+        z = x - self.solver.solve(residual)
         return (z, 0) if np.isfinite(z).all() else (None, 0)

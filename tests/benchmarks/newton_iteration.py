@@ -1,0 +1,88 @@
+"""Time of one Newton iteration divided by LAPACK ``dgbsv`` on the same band, for the four-bar of the README."""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from scipy.linalg import lapack
+
+import phblocks as ph
+from phblocks.solvers.linear import BandedSolver
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from examples.four_bar import build  # noqa: E402
+from tests.benchmarks.tables import machine, markdown, write  # noqa: E402
+
+MESHES = ((10, 6, 6), (100, 60, 60), (1000, 600, 600))
+
+
+def measure(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int, float, float]:
+    """Return unknowns, half-bandwidth, and the median times (s) of an iteration and of ``dgbsv``."""
+    system = build(elements=elements).compile()
+    stepper = ph.Midpoint().prepare(system)
+    stage, solver = stepper.stage, stepper.solver
+    assert isinstance(solver, BandedSolver)
+    x, theta, u = stage.pack(system.start.x), system.start.theta, np.zeros((1, 0))
+    for _ in range(5):  # a state in motion
+        step = stepper.step(x, theta, 0.02, u)
+        assert step is not None
+        x, theta = step.x, step.theta
+    z = step.z[0]
+    stage.begin(100.0, 0.01, theta, u[0], 100.0 * stage.momentum(x))
+
+    def iteration() -> None:
+        residual, jacobian = stage.evaluate(z)
+        solver.factorise(jacobian)
+        _ = z - solver.solve(residual)
+
+    residual, jacobian = stage.evaluate(z)
+    band = np.zeros((3 * solver.width + 1, stage.n), order="F")
+    band[2 * solver.width + stage.rows - stage.columns, stage.columns] = jacobian
+    work = band.copy(order="F")
+
+    def reset() -> None:
+        work[:] = band
+
+    def dgbsv() -> None:
+        reset()
+        lapack.dgbsv(solver.width, solver.width, work, residual, overwrite_ab=1)
+
+    repeats = max(5, 100_000 // stage.n)
+    samples: dict[Callable[[], None], list[float]] = {iteration: [], dgbsv: [], reset: []}
+    for _ in range(rounds):  # in turn, so that a drift of the machine's speed meets all alike
+        for function, times in samples.items():
+            begin = perf_counter()
+            for _ in range(repeats):
+                function()
+            times.append((perf_counter() - begin) / repeats)
+    ours, theirs = (statistics.median(samples[f]) for f in (iteration, dgbsv))
+    return stage.n, solver.width, ours, theirs - statistics.median(samples[reset])
+
+
+def main() -> None:
+    """Measure all meshes."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--write", action="store_true", help="put the table into docs/performance.md")
+    arguments = parser.parse_args()
+    rows = []
+    for elements in MESHES:
+        n, width, ours, theirs = measure(elements)
+        rows.append(
+            ["/".join(map(str, elements)), str(n), str(width), f"{1e3 * ours:.3f}", f"{1e3 * theirs:.3f}", f"{ours / theirs:.1f}"]
+        )
+    table = markdown(
+        ["elements", "unknowns", "half-bandwidth", "one Newton iteration, ms", "`dgbsv`, ms", "ratio"], rows
+    )
+    print(table, machine(), sep="\n\n")
+    if arguments.write:
+        write("performance.md", "newton_iteration", table)
+
+
+if __name__ == "__main__":
+    main()
