@@ -1,0 +1,112 @@
+"""The fields of an export file, the same in every format: which there are, and how they make up the matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import scipy.sparse as sp
+
+from phblocks.errors import ExportError
+from phblocks.export.matrices import Linearisation, Matrices
+from phblocks.triplets import Floats
+
+#: First field of every file: what it is, and which fields to expect.
+FILE_FORMAT = "phblocks matrices, version 1"
+
+TEXTS = ("file_format", "name", "about", "convention")
+LABELS = ("state_names", "state_units", "input_names", "input_units", "output_names", "output_units")
+VECTORS = ("state_positions", "x0", "f0")
+MATRICES = ("E", "J", "R", "Q", "G", "P", "S", "N")
+# Present only together.
+TANGENT_LABELS = ("lin_state_names", "lin_state_units")
+TANGENT_MATRICES = ("A", "B", "C", "D", "E_lin")
+
+
+@dataclass(frozen=True)
+class Record:
+    """The content of a file, by field.
+
+    Parameters
+    ----------
+    texts : mapping of str to str
+        The fields ``TEXTS``.
+    labels : mapping of str to tuple of str
+        The fields ``LABELS``, and ``TANGENT_LABELS`` if there is a linearisation.
+    vectors : mapping of str to numpy.ndarray
+        The fields ``VECTORS``, each of shape (n,).
+    matrices : mapping of str to scipy.sparse array
+        The fields ``MATRICES``, and ``TANGENT_MATRICES`` if there is a linearisation.
+    """
+
+    texts: Mapping[str, str]
+    labels: Mapping[str, tuple[str, ...]]
+    vectors: Mapping[str, Floats]
+    matrices: Mapping[str, sp.csr_array]
+
+
+def record_of(matrices: Matrices) -> Record:
+    """Take matrices apart into the fields of a file.
+
+    Parameters
+    ----------
+    matrices : Matrices
+        What is written.
+
+    Returns
+    -------
+    Record
+        All fields.
+    """
+    texts = {"file_format": FILE_FORMAT, **{key: getattr(matrices, key) for key in TEXTS[1:]}}
+    labels = {key: getattr(matrices, key) for key in LABELS}
+    arrays = {key: getattr(matrices, key) for key in MATRICES}
+    tangent = matrices.linearisation
+    if tangent is not None:
+        labels |= {key: getattr(tangent, key.removeprefix("lin_")) for key in TANGENT_LABELS}
+        arrays |= {key: getattr(tangent, key.removesuffix("_lin")) for key in TANGENT_MATRICES}
+    return Record(texts, labels, {key: getattr(matrices, key) for key in VECTORS}, arrays)
+
+
+def matrices_of(record: Record, where: str) -> Matrices:
+    """Put the fields of a file together.
+
+    Parameters
+    ----------
+    record : Record
+        What was read.
+    where : str
+        The file, for messages.
+
+    Returns
+    -------
+    Matrices
+        The content.
+
+    Raises
+    ------
+    ExportError
+        If it is the file of something else, or fields are missing.
+    DataError
+        If the fields do not fit each other.
+    """
+    found = record.texts.get("file_format")
+    if found != FILE_FORMAT:
+        raise ExportError(
+            where,
+            expected=f"a file that says file_format = {FILE_FORMAT!r}",
+            got="one without" if found is None else repr(found),
+            fix="Give a file written by phblocks.export.write, of this version of the library.",
+        )
+    fields: dict[str, Any] = {**record.texts, **record.labels, **record.vectors, **record.matrices}
+    tangent = {*TANGENT_LABELS, *TANGENT_MATRICES}
+    wanted = {*TEXTS, *LABELS, *VECTORS, *MATRICES} | (tangent if tangent & fields.keys() else set())
+    if missing := sorted(wanted - fields.keys()):
+        raise ExportError(where, expected="all fields", got=f"none named {', '.join(missing)}", fix="Export once more.")
+    linearisation = None
+    if tangent <= fields.keys():
+        arrays = {key.removesuffix("_lin"): fields.pop(key) for key in TANGENT_MATRICES}
+        labels = {key.removeprefix("lin_"): fields.pop(key) for key in TANGENT_LABELS}
+        linearisation = Linearisation(**arrays, **labels)
+    return Matrices(**{key: fields[key] for key in wanted - tangent - {"file_format"}}, linearisation=linearisation)
