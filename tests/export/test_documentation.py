@@ -1,0 +1,61 @@
+"""What docs/export.md says is so, and its code runs."""
+
+import re
+import shutil
+import subprocess
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phblocks.export import write
+from phblocks.export.record import LABELS, MATRICES, TANGENT_LABELS, TANGENT_MATRICES, TEXTS, VECTORS
+
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "export.md"
+S = 2j * np.pi * 100.0  # the frequency of the examples
+OCTAVE = shutil.which("octave-cli")
+
+
+def blocks(language: str) -> list[str]:
+    """Code blocks of the documentation, each at its own line numbers."""
+    text = DOCS.read_text(encoding="utf-8")
+    pattern = rf"^```{language}\n(.*?)^```$"
+    found = re.finditer(pattern, text, flags=re.MULTILINE | re.DOTALL)
+    return ["\n" * text.count("\n", 0, block.start(1)) + block[1] for block in found]
+
+
+def test_python_of_the_documentation(tmp_path, monkeypatch, beam, response):
+    for suffix in (".mat", ".npz", ".mtx"):
+        write(beam, tmp_path / f"beam{suffix}")
+    monkeypatch.chdir(tmp_path)
+    session = {"__name__": "docs"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for block in blocks("python"):
+            exec(compile(block, str(DOCS), "exec"), session)
+    expected = response(beam.E, beam.J, beam.R, beam.Q, beam.G, S)
+    for key in ("H_mat", "H_npz", "H_mtx"):
+        np.testing.assert_allclose(session[key], expected, rtol=1e-12)
+
+
+def test_documentation_names_every_field():
+    text = DOCS.read_text(encoding="utf-8")
+    for key in (*TEXTS, *LABELS, *VECTORS, *MATRICES, *TANGENT_LABELS, *TANGENT_MATRICES):
+        assert f"`{key}`" in text, key
+
+
+@pytest.mark.skipif(OCTAVE is None, reason="Octave is not installed")
+def test_matlab_code_of_the_documentation_in_octave(tmp_path, beam, response):
+    write(beam, tmp_path / "beam.mat")
+    [block] = blocks("matlab")
+    code = block + "printf('%.17g %.17g\\n', [real(full(H(:))) imag(full(H(:)))]')"
+    command = [OCTAVE, "--quiet", "--no-gui", "--norc", "--eval", code]
+    output = subprocess.run(command, cwd=tmp_path, capture_output=True, encoding="utf-8", check=True).stdout
+    *lines, h11, h21, h12, h22 = output.splitlines()
+    expected = response(beam.E, beam.J, beam.R, beam.Q, beam.G, S)
+    got = np.array([complex(*map(float, h.split())) for h in (h11, h12, h21, h22)]).reshape(2, 2)
+    assert np.abs(got - expected).max() <= 1e-10 * np.abs(expected).max()
+    assert lines == [
+        f"{name} [m/s]: {abs(value):g}" for name, value in zip(beam.output_names, expected[:, 0], strict=True)
+    ]
