@@ -4,7 +4,7 @@ The names below are in the order of their use: make sections and blocks, join th
 compile it to a system, simulate it, read the solution.
 """
 
-from phblocks import errors
+from phblocks import errors, plots
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.section import Section
 from phblocks.causality import CausalityReport
@@ -31,6 +31,7 @@ __all__ = [
     "State",
     "System",
     "errors",
+    "plots",
     "simulate",
 ]
 __version__ = "0.1.0"
