@@ -14,7 +14,8 @@ from tqdm import tqdm
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.inputs import Drive, NotFinite
 from phblocks.results.recording import Recorder
-from phblocks.results.solution import Solution, Statistics, Status
+from phblocks.results.solution import Solution
+from phblocks.results.status import Statistics, Status
 from phblocks.solvers.midpoint import Midpoint, MidpointStepper
 from phblocks.solvers.step import Step
 from phblocks.system import State, System

@@ -156,6 +156,38 @@ class Triplets:
         """The entries together with their negatives at the transposed places: skew to the last bit."""
         return Triplets.join([self, self.transposed.scaled(-1.0)], order=len(self.indices))
 
+    @classmethod
+    def from_coo(cls, array: sp.coo_array) -> Triplets:
+        """Take the entries of a sparse array.
+
+        Parameters
+        ----------
+        array : scipy.sparse.coo_array
+            Of any order.
+
+        Returns
+        -------
+        Triplets
+            Its entries.
+        """
+        return cls(tuple(np.asarray(c, dtype=np.int64) for c in array.coords), array.data)
+
+    def contracted(self, vector: Floats) -> Triplets:
+        """Contract the last axis with a vector.
+
+        Parameters
+        ----------
+        vector : numpy.ndarray
+            As long as the last axis.
+
+        Returns
+        -------
+        Triplets
+            Of an order less by one.
+        """
+        *rest, last = self.indices
+        return Triplets(tuple(rest), self.values * vector[last])
+
     def coo(self, shape: Sequence[int]) -> sp.coo_array:
         """Convert to ``scipy.sparse``, adding up entries at the same place.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -16,160 +16,13 @@ from phblocks.ports import Anchor
 from phblocks.results.kinematics import Base, bases, history_of
 from phblocks.results.power import PowerLedger
 from phblocks.results.recording import Recording
+from phblocks.results.status import EnergySeries, Statistics, Status
 from phblocks.system import Part, System
-from phblocks.triplets import Floats, Ints
+from phblocks.triplets import Floats
 
 Source = Literal["velocity", "strain"]
 Frame = Literal["fixed", "material"]
 Target = Block | BeamPoint | Anchor | str
-
-
-@dataclass(frozen=True)
-class Status:
-    """How a run ended.
-
-    Parameters
-    ----------
-    ok : bool
-        It reached its end.
-    name : str
-        A word for programs: "success", "step failed", "input not finite".
-    text : str
-        When, where, and what to do.
-    time : float or None
-        Where it stopped, s, if it did not reach its end.
-    """
-
-    ok: bool
-    name: str
-    text: str
-    time: float | None = None
-
-    def __str__(self) -> str:
-        """Return name and text."""
-        return f"{self.name}: {self.text}"
-
-    @classmethod
-    def success(cls) -> Status:
-        """Report that the end was reached.
-
-        Returns
-        -------
-        Status
-            With ``ok``.
-        """
-        return cls(True, "success", "the end was reached")
-
-    @classmethod
-    def step_failed(cls, time: float, dt: float) -> Status:
-        """Report that Newton's method found no solution, also with the smallest step.
-
-        Parameters
-        ----------
-        time : float
-            Start of the step, s.
-        dt : float
-            The smallest step that was tried, s.
-
-        Returns
-        -------
-        Status
-            Not ``ok``.
-        """
-        text = (
-            f"Newton's method did not converge at t = {time:.9g} s, also with the step halved to {dt:.3g} s. The "
-            "results up to there are kept. Use a smaller dt or more max_halvings; look at the last states for a "
-            "singular position or a load that jumps."
-        )
-        return cls(False, "step failed", text, time)
-
-    @classmethod
-    def input_not_finite(cls, time: float, name: str) -> Status:
-        """Report that a signal gave NaN or infinity.
-
-        Parameters
-        ----------
-        time : float
-            When, s.
-        name : str
-            Which exposed port.
-
-        Returns
-        -------
-        Status
-            Not ``ok``.
-        """
-        text = (
-            f"the signal of {name!r} is not finite at t = {time:.9g} s. The results up to there are kept. "
-            "Correct the function given in inputs."
-        )
-        return cls(False, "input not finite", text, time)
-
-
-@dataclass(frozen=True)
-class Statistics:
-    """What a run took.
-
-    Parameters
-    ----------
-    steps : int
-        Accepted steps.
-    halvings : int
-        Steps that failed and were halved.
-    newton_iterations : numpy.ndarray
-        Of each accepted step, shape (steps,).
-    preparation_seconds, loop_seconds : float
-        Time before and in the time loop, s.
-    """
-
-    steps: int
-    halvings: int
-    newton_iterations: Ints
-    preparation_seconds: float
-    loop_seconds: float
-
-    def __str__(self) -> str:
-        """Summarise in one line."""
-        mean = float(self.newton_iterations.mean()) if self.newton_iterations.size else 0.0
-        return (
-            f"{self.steps} steps, {mean:.2f} Newton iterations a step, {self.halvings} halvings, "
-            f"{self.loop_seconds:.3g} s"
-        )
-
-
-class EnergySeries(Mapping[str, Floats]):
-    """Named series of energies, J: as a mapping or by attribute, ``energy["kinetic"]`` or ``energy.kinetic``.
-
-    Parameters
-    ----------
-    series : mapping of str to numpy.ndarray
-        Each of shape (times,).
-    """
-
-    def __init__(self, series: Mapping[str, Floats]) -> None:
-        self._series = dict(series)
-
-    def __getitem__(self, name: str) -> Floats:
-        """Return one series; an unknown name raises :class:`~phblocks.errors.UnknownNameError`."""
-        if name not in self._series:
-            raise UnknownNameError(
-                "energy", expected=f"one of {', '.join(self._series)}", got=repr(name), fix="Check the name."
-            )
-        return self._series[name]
-
-    def __iter__(self) -> Iterator[str]:
-        """Iterate over the names."""
-        return iter(self._series)
-
-    def __len__(self) -> int:
-        """Count the series."""
-        return len(self._series)
-
-    def __getattr__(self, name: str) -> Floats:
-        """Return one series by attribute."""
-        if name.startswith("_") or name not in self._series:
-            raise AttributeError(f"no energy {name!r}; there are {', '.join(self.__dict__.get('_series', ()))}")
-        return self._series[name]
 
 
 @dataclass(frozen=True)

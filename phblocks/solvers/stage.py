@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.solvers.ordering import narrow_order
-from phblocks.system import System, tensor_triplets
+from phblocks.system import System
 from phblocks.triplets import Floats, Ints, Triplets
 
 
@@ -46,7 +46,7 @@ class StageEquation:
         self.constant = system.linear
         diagonal = system.E.diagonal()
         scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        tensor = tensor_triplets(system)
+        tensor = Triplets.from_coo(system.T)
         chain = sp.csr_array(system.angles.rows @ system.rates)  # d alpha / d (integral of z)
         pairs, pair_of = _pairs(system)
 

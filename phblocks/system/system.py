@@ -14,227 +14,19 @@ points.  Everything is linear in them:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import Form
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.modes import Modes, find_modes
-from phblocks.ports import Quantity
+from phblocks.system.angles import Angles
+from phblocks.system.linearization import Linearization, linearize, small_motions
+from phblocks.system.parts import Connections, Input, Part, Site, State
 from phblocks.triplets import Floats, Ints, Triplets
-
-
-@dataclass(frozen=True)
-class State:
-    """Everything that evolves.
-
-    Parameters
-    ----------
-    x : numpy.ndarray
-        Energy states, shape (n,).
-    theta : numpy.ndarray
-        Rotation states, shape (n_theta,), rad: turned since the start.
-    points : numpy.ndarray
-        Positions of the tracked material points, shape (n_points, dimension), m.
-    """
-
-    x: Floats
-    theta: Floats
-    points: Floats
-
-
-@dataclass(frozen=True)
-class Part:
-    """A block in the system.
-
-    Parameters
-    ----------
-    name : str
-        Of the block.
-    form : Form
-        Its matrices and read-outs in its own coordinates.
-    states : slice
-        Its states in x.
-    theta : numpy.ndarray
-        For each of its rotation states the place in theta, or -1 if it is not kept.
-    points : slice
-        Its material points among the tracked ones; empty if they are not tracked.
-    """
-
-    name: str
-    form: Form
-    states: slice
-    theta: Ints
-    points: slice
-
-
-@dataclass(frozen=True)
-class Input:
-    """One scalar input with its conjugate output.
-
-    Parameters
-    ----------
-    name : str
-        Of both; components end in ".x", ".y".
-    imposed : Quantity
-        What the outside imposes: the input u.
-    answered : Quantity
-        What it gets back: the output y; y times u is the power supplied.
-    exposure : str
-        Name given in ``expose``.
-    common : bool
-        The outside imposes the common quantity (a velocity), not the summed one.
-    """
-
-    name: str
-    imposed: Quantity
-    answered: Quantity
-    exposure: str
-    common: bool
-
-
-@dataclass(frozen=True)
-class Site:
-    """A place where anchors are joined.
-
-    Parameters
-    ----------
-    name : str
-        The paths of the anchors.
-    places : tuple of (str, float)
-        Block and place on it, for each anchor that is not the ground's.
-    start : numpy.ndarray
-        Initial position, shape (dimension,), m.
-    known : bool
-        The position does not depend on any block: the ground, or an imposed velocity.
-    inputs : tuple of int
-        The inputs that impose the velocity, if any.
-    """
-
-    name: str
-    places: tuple[tuple[str, float], ...]
-    start: Floats
-    known: bool
-    inputs: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
-class Angles:
-    """The angles that modulate the system: ``alpha = reference + rows @ theta``.
-
-    Parameters
-    ----------
-    rows : scipy.sparse.csr_array
-        P, shape (n_angles, n_theta).
-    reference : numpy.ndarray
-        alpha0, shape (n_angles,), rad.
-    """
-
-    rows: sp.csr_array
-    reference: Floats
-
-    def at(self, theta: Floats) -> Floats:
-        """Evaluate the angles.
-
-        Parameters
-        ----------
-        theta : numpy.ndarray
-            Rotation states, shape (n_theta,) or (n_theta, m).
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (n_angles,) or (n_angles, m), rad.
-        """
-        reference = self.reference if theta.ndim == 1 else self.reference[:, None]
-        return np.asarray(self.rows @ theta + reference)
-
-    def features(self, theta: Floats) -> Floats:
-        """Evaluate ``phi = [1, cos alpha, sin alpha]``.
-
-        Parameters
-        ----------
-        theta : numpy.ndarray
-            Rotation states, shape (n_theta,) or (n_theta, m).
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (1 + 2 n_angles,) or (1 + 2 n_angles, m).
-        """
-        alpha = self.at(theta)
-        return np.concatenate([np.ones_like(alpha, shape=(1, *alpha.shape[1:])), np.cos(alpha), np.sin(alpha)])
-
-    def slopes(self, theta: Floats) -> sp.csr_array:
-        """Evaluate the derivatives of the features with respect to theta.
-
-        Parameters
-        ----------
-        theta : numpy.ndarray
-            Rotation states, shape (n_theta,).
-
-        Returns
-        -------
-        scipy.sparse.csr_array
-            Shape (1 + 2 n_angles, n_theta).
-        """
-        alpha = self.at(theta)
-        first = sp.csr_array((1, theta.size))
-        cos, sin = sp.diags_array(np.cos(alpha)), sp.diags_array(np.sin(alpha))
-        return sp.csr_array(sp.vstack([first, -sin @ self.rows, cos @ self.rows]))
-
-
-@dataclass(frozen=True)
-class Linearization:
-    """A linear descriptor system ``E w' = A w + B u``, ``y = C w + D u`` for deviations from a state.
-
-    Parameters
-    ----------
-    E, A : scipy.sparse.csr_array
-        Shape (m, m); m is n, or n + n_theta where the right-hand side depends on the orientation.
-    B : scipy.sparse.csr_array
-        Shape (m, n_inputs).
-    C : scipy.sparse.csr_array
-        Shape (n_inputs, m).
-    D : scipy.sparse.csr_array
-        Shape (n_inputs, n_inputs).
-    n : int
-        How many of the states w are energy states x; the rest are rotation states.
-    """
-
-    E: sp.csr_array
-    A: sp.csr_array
-    B: sp.csr_array
-    C: sp.csr_array
-    D: sp.csr_array
-    n: int
-
-
-@dataclass(frozen=True)
-class Connections:
-    """Power flows between blocks: what each taking port does at a junction, entry by entry.
-
-    Parameters
-    ----------
-    names : tuple of tuple of str
-        (giving port, taking port) of each connection.
-    blocks : numpy.ndarray
-        Shape (n_connections, 2): number of the giving and of the taking block.
-    number : numpy.ndarray
-        Connection of each entry.
-    entries : Triplets
-        Order three (row, column, feature): rows are states of the taking block, columns of the giving one; the
-        negative transpose is the reaction.
-    """
-
-    names: tuple[tuple[str, str], ...]
-    blocks: Ints
-    number: Ints
-    entries: Triplets
 
 
 @dataclass(frozen=True)
@@ -421,8 +213,10 @@ class System:
             J(x, theta), shape (n, n), skew.
         """
         theta = self.start.theta if theta is None else theta
-        joints = contract(self.K, self.angles.features(theta), self.J0.shape)
-        products = sp.csr_array(self.J0.shape) if x is None else contract(_triplets(self.T), x, self.J0.shape)
+        joints = self.K.contracted(self.angles.features(theta)).csr(self.J0.shape)
+        products = (
+            sp.csr_array(self.J0.shape) if x is None else Triplets.from_coo(self.T).contracted(x).csr(self.J0.shape)
+        )
         return sp.csr_array(self.J0 + products + joints)
 
     def G(self, theta: Floats | None = None) -> sp.csr_array:
@@ -439,7 +233,7 @@ class System:
             G(theta), shape (n, n_inputs); the outputs are ``G^T x``.
         """
         theta = self.start.theta if theta is None else theta
-        return sp.csr_array(self.G0 + contract(self.K_u, self.angles.features(theta), self.G0.shape))
+        return sp.csr_array(self.G0 + self.K_u.contracted(self.angles.features(theta)).csr(self.G0.shape))
 
     def gravity_force(self, theta: Floats | None = None) -> Floats:
         """Evaluate the generalised force of gravity.
@@ -493,27 +287,7 @@ class System:
         Linearization
             Its states are x, and theta where the right-hand side depends on it.
         """
-        state = self.start if state is None else state
-        x, u = state.x, np.zeros(self.n_inputs) if u is None else u
-        shape, tensor = (self.n, self.n), _triplets(self.T)
-        swapped = Triplets((tensor.indices[0], tensor.indices[2], tensor.indices[1]), tensor.values)
-        A = self.J(x, state.theta) - self.R + contract(swapped, x, shape)
-        # kappa[i, f]: what multiplies feature f in equation i; its slope times d alpha / d theta is the derivative
-        kappa = _kappa(self, x, u)
-        turning = kappa @ self.angles.slopes(state.theta)
-        C_theta = _output_slopes(self, x) @ self.angles.slopes(state.theta)
-        G, none = self.G(state.theta), sp.csr_array((self.n_inputs, self.n_inputs))
-        if not turning.count_nonzero() and not C_theta.count_nonzero():
-            return Linearization(self.E, sp.csr_array(A), G, sp.csr_array(G.T), none, self.n)
-        stay = sp.csr_array((self.start.theta.size, self.start.theta.size))
-        return Linearization(
-            sp.csr_array(sp.block_diag([self.E, sp.eye_array(self.start.theta.size)])),
-            sp.csr_array(sp.block_array([[A, turning], [self.rates, stay]])),
-            sp.csr_array(sp.vstack([G, self.input_rates])),
-            sp.csr_array(sp.hstack([G.T, C_theta])),
-            none,
-            self.n,
-        )
+        return linearize(self, state, u)
 
     def small_motions(self) -> System:
         """Return the linear system for small motions about the initial configuration.
@@ -527,24 +301,7 @@ class System:
         System
             With constant matrices and the same names.
         """
-        phi = self.angles.features(self.start.theta)
-        i, f = self.K_g.indices
-        weight = Triplets((i, np.zeros_like(f)), self.K_g.values * phi[f])
-        a, b, g = self.connections.entries.indices
-        flows = Triplets((a, b, np.zeros_like(g)), self.connections.entries.values * phi[g])
-        fixed = self.point_angles.at(self.start.theta)
-        return replace(
-            self,
-            J0=self.J(),
-            T=sp.coo_array(self.T.shape),
-            G0=self.G(),
-            K=Triplets.empty(3),
-            K_u=Triplets.empty(3),
-            K_g=weight,
-            angles=Angles(sp.csr_array((0, self.start.theta.size)), np.empty(0)),
-            connections=replace(self.connections, entries=flows),
-            point_angles=Angles(sp.csr_array(self.point_angles.rows.shape), fixed),
-        )
+        return small_motions(self)
 
     def modes(self, n: int, state: State | None = None) -> Modes:
         """Find the lowest natural frequencies of the linearisation about a state.
@@ -633,62 +390,3 @@ class System:
             ``1/2 x^T E x``, J.
         """
         return float(0.5 * x @ (self.E @ x))
-
-
-def contract(tensor: Triplets, vector: Floats, shape: tuple[int, int]) -> sp.csr_array:
-    """Contract the last axis of a sparse third-order tensor with a vector.
-
-    Parameters
-    ----------
-    tensor : Triplets
-        Order three.
-    vector : numpy.ndarray
-        As long as the last axis.
-    shape : tuple of int
-        Lengths of the first two axes.
-
-    Returns
-    -------
-    scipy.sparse.csr_array
-        Of the given shape.
-    """
-    i, j, k = tensor.indices
-    return Triplets((i, j), tensor.values * vector[k]).csr(shape)
-
-
-def _kappa(system: System, x: Floats, u: Floats) -> sp.csr_array:
-    """K x + K_g + K_u u, shape (n, n_features)."""
-    i, j, f = system.K.indices
-    k, m, g = system.K_u.indices
-    parts = [
-        Triplets((i, f), system.K.values * x[j]),
-        system.K_g,
-        Triplets((k, g), system.K_u.values * u[m]),
-    ]
-    return Triplets.join(parts).csr((system.n, system.n_features))
-
-
-def _output_slopes(system: System, x: Floats) -> sp.csr_array:
-    """x^T K_u, shape (n_inputs, n_features)."""
-    i, m, f = system.K_u.indices
-    return Triplets((m, f), system.K_u.values * x[i]).csr((system.n_inputs, system.n_features))
-
-
-def _triplets(tensor: sp.coo_array) -> Triplets:
-    return Triplets(tuple(np.asarray(c, dtype=np.int64) for c in tensor.coords), tensor.data)
-
-
-def tensor_triplets(system: System) -> Triplets:
-    """Return T as entries.
-
-    Parameters
-    ----------
-    system : System
-        The system.
-
-    Returns
-    -------
-    Triplets
-        Order three.
-    """
-    return _triplets(system.T)

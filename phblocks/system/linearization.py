@@ -1,0 +1,133 @@
+"""Linear models of a system: about a state, and for small motions about the initial configuration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+
+from phblocks.system.angles import Angles
+from phblocks.system.parts import State
+from phblocks.triplets import Floats, Triplets
+
+if TYPE_CHECKING:
+    from phblocks.system.system import System
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """A linear descriptor system ``E w' = A w + B u``, ``y = C w + D u`` for deviations from a state.
+
+    Parameters
+    ----------
+    E, A : scipy.sparse.csr_array
+        Shape (m, m); m is n, or n + n_theta where the right-hand side depends on the orientation.
+    B : scipy.sparse.csr_array
+        Shape (m, n_inputs).
+    C : scipy.sparse.csr_array
+        Shape (n_inputs, m).
+    D : scipy.sparse.csr_array
+        Shape (n_inputs, n_inputs).
+    n : int
+        How many of the states w are energy states x; the rest are rotation states.
+    """
+
+    E: sp.csr_array
+    A: sp.csr_array
+    B: sp.csr_array
+    C: sp.csr_array
+    D: sp.csr_array
+    n: int
+
+
+def linearize(system: System, state: State | None = None, u: Floats | None = None) -> Linearization:
+    """Linearise the equations of motion about a state; see :meth:`System.linearize`.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    state : State, optional
+        The initial configuration at rest by default.
+    u : numpy.ndarray, optional
+        Inputs there, shape (n_inputs,); zero by default.
+
+    Returns
+    -------
+    Linearization
+        Its states are x, and theta where the right-hand side depends on it.
+    """
+    state = system.start if state is None else state
+    x, u = state.x, np.zeros(system.n_inputs) if u is None else u
+    shape, tensor = (system.n, system.n), Triplets.from_coo(system.T)
+    swapped = Triplets((tensor.indices[0], tensor.indices[2], tensor.indices[1]), tensor.values)
+    A = system.J(x, state.theta) - system.R + swapped.contracted(x).csr(shape)
+    # kappa[i, f]: what multiplies feature f in equation i; its slope times d alpha / d theta is the derivative
+    kappa = _kappa(system, x, u)
+    turning = kappa @ system.angles.slopes(state.theta)
+    C_theta = _output_slopes(system, x) @ system.angles.slopes(state.theta)
+    G, none = system.G(state.theta), sp.csr_array((system.n_inputs, system.n_inputs))
+    if not turning.count_nonzero() and not C_theta.count_nonzero():
+        return Linearization(system.E, sp.csr_array(A), G, sp.csr_array(G.T), none, system.n)
+    stay = sp.csr_array((system.start.theta.size, system.start.theta.size))
+    return Linearization(
+        sp.csr_array(sp.block_diag([system.E, sp.eye_array(system.start.theta.size)])),
+        sp.csr_array(sp.block_array([[A, turning], [system.rates, stay]])),
+        sp.csr_array(sp.vstack([G, system.input_rates])),
+        sp.csr_array(sp.hstack([G.T, C_theta])),
+        none,
+        system.n,
+    )
+
+
+def small_motions(system: System) -> System:
+    """Drop the products of states and hold all angles; see :meth:`System.small_motions`.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+
+    Returns
+    -------
+    System
+        With constant matrices and the same names.
+    """
+    phi = system.angles.features(system.start.theta)
+    i, f = system.K_g.indices
+    weight = Triplets((i, np.zeros_like(f)), system.K_g.values * phi[f])
+    a, b, g = system.connections.entries.indices
+    flows = Triplets((a, b, np.zeros_like(g)), system.connections.entries.values * phi[g])
+    fixed = system.point_angles.at(system.start.theta)
+    return replace(
+        system,
+        J0=system.J(),
+        T=sp.coo_array(system.T.shape),
+        G0=system.G(),
+        K=Triplets.empty(3),
+        K_u=Triplets.empty(3),
+        K_g=weight,
+        angles=Angles(sp.csr_array((0, system.start.theta.size)), np.empty(0)),
+        connections=replace(system.connections, entries=flows),
+        point_angles=Angles(sp.csr_array(system.point_angles.rows.shape), fixed),
+    )
+
+
+def _kappa(system: System, x: Floats, u: Floats) -> sp.csr_array:
+    """K x + K_g + K_u u, shape (n, n_features)."""
+    i, j, f = system.K.indices
+    k, m, g = system.K_u.indices
+    parts = [
+        Triplets((i, f), system.K.values * x[j]),
+        system.K_g,
+        Triplets((k, g), system.K_u.values * u[m]),
+    ]
+    return Triplets.join(parts).csr((system.n, system.n_features))
+
+
+def _output_slopes(system: System, x: Floats) -> sp.csr_array:
+    """x^T K_u, shape (n_inputs, n_features)."""
+    i, m, f = system.K_u.indices
+    return Triplets((m, f), system.K_u.values * x[i]).csr((system.n_inputs, system.n_features))

@@ -1,0 +1,126 @@
+"""What a system is made of besides matrices: its state, its blocks, inputs, connections and joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from phblocks.blocks.block import Form
+from phblocks.ports import Quantity
+from phblocks.triplets import Floats, Ints, Triplets
+
+
+@dataclass(frozen=True)
+class State:
+    """Everything that evolves.
+
+    Parameters
+    ----------
+    x : numpy.ndarray
+        Energy states, shape (n,).
+    theta : numpy.ndarray
+        Rotation states, shape (n_theta,), rad: turned since the start.
+    points : numpy.ndarray
+        Positions of the tracked material points, shape (n_points, dimension), m.
+    """
+
+    x: Floats
+    theta: Floats
+    points: Floats
+
+
+@dataclass(frozen=True)
+class Part:
+    """A block in the system.
+
+    Parameters
+    ----------
+    name : str
+        Of the block.
+    form : Form
+        Its matrices and read-outs in its own coordinates.
+    states : slice
+        Its states in x.
+    theta : numpy.ndarray
+        For each of its rotation states the place in theta, or -1 if it is not kept.
+    points : slice
+        Its material points among the tracked ones; empty if they are not tracked.
+    """
+
+    name: str
+    form: Form
+    states: slice
+    theta: Ints
+    points: slice
+
+
+@dataclass(frozen=True)
+class Input:
+    """One scalar input with its conjugate output.
+
+    Parameters
+    ----------
+    name : str
+        Of both; components end in ".x", ".y".
+    imposed : Quantity
+        What the outside imposes: the input u.
+    answered : Quantity
+        What it gets back: the output y; y times u is the power supplied.
+    exposure : str
+        Name given in ``expose``.
+    common : bool
+        The outside imposes the common quantity (a velocity), not the summed one.
+    """
+
+    name: str
+    imposed: Quantity
+    answered: Quantity
+    exposure: str
+    common: bool
+
+
+@dataclass(frozen=True)
+class Site:
+    """A place where anchors are joined.
+
+    Parameters
+    ----------
+    name : str
+        The paths of the anchors.
+    places : tuple of (str, float)
+        Block and place on it, for each anchor that is not the ground's.
+    start : numpy.ndarray
+        Initial position, shape (dimension,), m.
+    known : bool
+        The position does not depend on any block: the ground, or an imposed velocity.
+    inputs : tuple of int
+        The inputs that impose the velocity, if any.
+    """
+
+    name: str
+    places: tuple[tuple[str, float], ...]
+    start: Floats
+    known: bool
+    inputs: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Connections:
+    """Power flows between blocks: what each taking port does at a junction, entry by entry.
+
+    Parameters
+    ----------
+    names : tuple of tuple of str
+        (giving port, taking port) of each connection.
+    blocks : numpy.ndarray
+        Shape (n_connections, 2): number of the giving and of the taking block.
+    number : numpy.ndarray
+        Connection of each entry.
+    entries : Triplets
+        Order three (row, column, feature): rows are states of the taking block, columns of the giving one; the
+        negative transpose is the reaction.
+    """
+
+    names: tuple[tuple[str, str], ...]
+    blocks: Ints
+    number: Ints
+    entries: Triplets
