@@ -10,6 +10,7 @@ from scipy.sparse.linalg import splu
 
 import phblocks as ph
 from phblocks.export import Matrices, Tangent
+from phblocks.system.matrices import matrices_at
 
 
 def transfer(E, J, R, Q, G, s):
@@ -19,24 +20,7 @@ def transfer(E, J, R, Q, G, s):
 
 def matrices_of(system: ph.System) -> Matrices:
     """What System.export hands over, at rest."""
-    return Matrices(
-        name=system.name,
-        about="at rest in the initial configuration",
-        E=system.E,
-        J=system.J(),
-        R=system.R,
-        Q=system.Q,
-        G=system.G(),
-        x0=system.start.x,
-        f0=system.gravity_force(),
-        state_names=system.state_names,
-        state_units=system.state_units,
-        state_positions=system.state_positions,
-        input_names=system.input_names,
-        input_units=tuple(i.imposed.unit for i in system.inputs),
-        output_names=system.output_names,
-        output_units=tuple(i.answered.unit for i in system.inputs),
-    )
+    return matrices_at(system)
 
 
 def random_sparse(rng: np.random.Generator, rows: int, columns: int) -> sp.csr_array:
