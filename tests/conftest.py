@@ -55,3 +55,55 @@ def four_bar(bar: ph.Section) -> Callable[..., ph.Diagram]:
         return d
 
     return draw
+
+
+@pytest.fixture(scope="session")
+def scenes(bar: ph.Section, four_bar: Callable[..., ph.Diagram]) -> dict[str, ph.Diagram]:
+    """Small diagrams that together use every kind of joint, input, causality and geometry.
+
+    - four-bar: a loop of pins under gravity, no switch
+    - frame: welded corners and a curved beam, clamped at both feet, degree 2, a load in the fixed frame
+    - arm: root on the ground and turned from outside, force and moment at the tip, gravity, switches
+    - shaken: root moved by an imposed velocity, clamped to a second beam, switches
+    - free: two beams pinned to each other and to nothing else, loads on the joint and on an end
+    """
+    soft = ph.Section(axial=4e4, shear=2e4, bending=60.0, mass=1.2, rotary=2e-3)
+
+    frame = ph.Diagram("frame", gravity=(0.5, -9.81))
+    left = frame.add(ph.Beam("left", soft, (0.0, 0.0), (0.2, 1.0), elements=3, degree=2))
+    top = frame.add(ph.Beam("top", soft, (0.2, 1.0), (1.4, 1.1), elements=(0.0, 0.3, 1.0), degree=2, curvature=-0.9))
+    right = frame.add(ph.Beam("right", soft, (1.4, 1.1), (1.5, 0.0), elements=2, degree=2))
+    frame.weld(left.start, frame.ground)
+    frame.weld(left.end, top.start)
+    frame.weld(top.end, right.start)
+    frame.weld(right.end, frame.ground)
+    frame.expose(top.end.translation, "load")
+
+    arm = ph.Diagram("arm", gravity=(0.0, -9.81))
+    b = arm.add(ph.Beam("arm", soft, (0.1, 0.2), (0.9, 0.8), elements=4))
+    arm.pin(b.start, arm.ground)
+    arm.expose(b.start.rotation, "drive", imposes="angular velocity")
+    arm.expose(b.end.translation, "force")
+    arm.expose(b.end.rotation, "moment")
+
+    shaken = ph.Diagram("shaken")
+    b = shaken.add(ph.Beam("lower", soft, (0.0, 0.0), (0.0, 1.0), elements=3, curvature=0.4))
+    c = shaken.add(ph.Beam("upper", soft, (0.0, 1.0), (1.0, 1.5), elements=2, degree=2))
+    shaken.expose(b.start.translation, "table", imposes="velocity")
+    shaken.weld(b.end, c.start)
+    shaken.expose(b.start.rotation, "hold", imposes="angular velocity")
+
+    free = ph.Diagram("free")
+    b = free.add(ph.Beam("first", soft, (0.0, 0.0), (1.0, 0.3), elements=3, degree=2))
+    c = free.add(ph.Beam("second", soft, (1.0, 0.3), (1.0, -0.7), elements=2, degree=3))
+    free.pin(b.end, c.start)
+    free.expose(b.end.translation, "joint")
+    free.expose(c.end.translation, "push")
+
+    return {"four-bar": four_bar(), "frame": frame, "arm": arm, "shaken": shaken, "free": free}
+
+
+@pytest.fixture(params=["four-bar", "frame", "arm", "shaken", "free"])
+def scene(request: pytest.FixtureRequest, scenes: dict[str, ph.Diagram]) -> ph.Diagram:
+    """One of the scenes after the other."""
+    return scenes[request.param]
