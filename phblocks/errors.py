@@ -105,6 +105,6 @@ class StructureError(PhblocksError, ValueError):
 
 
 class ExportError(PhblocksError, ValueError):
-    """A file cannot be written in the form asked for."""
+    """A file cannot be written or read."""
 
     code = "PH501"

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 from phblocks.errors import ArgumentTypeError, ExportError, PhblocksError
 from phblocks.export import archive, matlab, matrix_market
-from phblocks.export.matrices import CONVENTION, Linearisation, Matrices
+from phblocks.export.matrices import CONVENTION, Matrices, Tangent
 from phblocks.export.record import Record, matrices_of, record_of
 
-__all__ = ["CONVENTION", "Linearisation", "Matrices", "read", "suffixes", "write"]
+__all__ = ["CONVENTION", "Matrices", "Tangent", "read", "suffixes", "write"]
 
 
 class _Format(NamedTuple):

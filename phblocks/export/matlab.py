@@ -143,6 +143,9 @@ def _label_column(value: Any) -> tuple[str, ...]:
 
 def _checked(value: Any) -> Any:
     """Check the indices, which scipy trusts, before anything follows them."""
-    if sp.issparse(value):
+    if not sp.issparse(value):
+        return value
+    if value.format == "csc":  # depends on the version of scipy
         value.check_format(full_check=True)
-    return value
+    entries = value.tocoo()
+    return sp.coo_array((entries.data, (entries.row, entries.col)), shape=entries.shape)

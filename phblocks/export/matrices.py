@@ -24,7 +24,7 @@ CONVENTION = (
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Linearisation:
+class Tangent:
     """The tangent of a system at a state: ``E d' = A d + B du``, ``dy = C d + D du``.
 
     The states d are small departures of the energy states, followed by those of the configuration (angles).
@@ -64,7 +64,7 @@ class Linearisation:
     state_units: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        where = "linearisation"
+        where = "tangent"
         _set(self, "state_names", _labels(f"{where}: state_names", self.state_names))
         m = len(self.state_names)
         _set(self, "state_units", _labels(f"{where}: state_units", self.state_units, m))
@@ -111,7 +111,7 @@ class Matrices:
         Shape (n, n_inputs); zero by default.
     S, N : scipy.sparse.csr_array, optional
         Feedthrough, shape (n_inputs, n_inputs); zero by default.
-    linearisation : Linearisation, optional
+    tangent : Tangent, optional
         The tangent at the same state, with everything the configuration adds to it.
     convention : str, optional
         The sign convention in words.
@@ -121,7 +121,7 @@ class Matrices:
     DataError
         If shapes do not fit each other, an entry is not a finite real number, or a name cannot be written.
     ArgumentTypeError
-        If names are not strings, or the linearisation is of the wrong kind.
+        If names are not strings, or the tangent is of the wrong kind.
     """
 
     name: str
@@ -143,7 +143,7 @@ class Matrices:
     P: sp.csr_array = None
     S: sp.csr_array = None
     N: sp.csr_array = None
-    linearisation: Linearisation | None = None
+    tangent: Tangent | None = None
     convention: str = CONVENTION
 
     def __post_init__(self) -> None:
@@ -171,20 +171,18 @@ class Matrices:
             _set(self, key, sp.csr_array(shape) if zero else _sparse(f"{where}: {key}", value, shape))
         for key in ("x0", "f0", "state_positions"):
             _set(self, key, _vector(f"{where}: {key}", getattr(self, key), n, gaps=key == "state_positions"))
-        self._check_linearisation(f"{where}: linearisation", m)
+        self._check_tangent(f"{where}: tangent", m)
 
-    def _check_linearisation(self, where: str, n_inputs: int) -> None:
-        if self.linearisation is None:
+    def _check_tangent(self, where: str, n_inputs: int) -> None:
+        if self.tangent is None:
             return
-        if not isinstance(self.linearisation, Linearisation):
-            raise ArgumentTypeError(
-                where, expected="a Linearisation or None", got=repr(self.linearisation), fix="Make a Linearisation."
-            )
-        if self.linearisation.D.shape != (n_inputs, n_inputs):
+        if not isinstance(self.tangent, Tangent):
+            raise ArgumentTypeError(where, expected="a Tangent or None", got=repr(self.tangent), fix="Make a Tangent.")
+        if self.tangent.D.shape != (n_inputs, n_inputs):
             raise DataError(
                 where,
                 expected=f"{n_inputs} inputs and outputs",
-                got=f"D of shape {self.linearisation.D.shape}",
+                got=f"D of shape {self.tangent.D.shape}",
                 fix="Linearise with the inputs and outputs that are named.",
             )
 

@@ -9,7 +9,7 @@ from typing import Any
 import scipy.sparse as sp
 
 from phblocks.errors import ExportError
-from phblocks.export.matrices import Linearisation, Matrices
+from phblocks.export.matrices import Matrices, Tangent
 from phblocks.triplets import Floats
 
 #: First field of every file: what it is, and which fields to expect.
@@ -33,11 +33,11 @@ class Record:
     texts : mapping of str to str
         The fields ``TEXTS``.
     labels : mapping of str to tuple of str
-        The fields ``LABELS``, and ``TANGENT_LABELS`` if there is a linearisation.
+        The fields ``LABELS``, and ``TANGENT_LABELS`` if there is a tangent.
     vectors : mapping of str to numpy.ndarray
         The fields ``VECTORS``, each of shape (n,).
     matrices : mapping of str to scipy.sparse array
-        The fields ``MATRICES``, and ``TANGENT_MATRICES`` if there is a linearisation.
+        The fields ``MATRICES``, and ``TANGENT_MATRICES`` if there is a tangent.
     """
 
     texts: Mapping[str, str]
@@ -62,7 +62,7 @@ def record_of(matrices: Matrices) -> Record:
     texts = {"file_format": FILE_FORMAT, **{key: getattr(matrices, key) for key in TEXTS[1:]}}
     labels = {key: getattr(matrices, key) for key in LABELS}
     arrays = {key: getattr(matrices, key) for key in MATRICES}
-    tangent = matrices.linearisation
+    tangent = matrices.tangent
     if tangent is not None:
         labels |= {key: getattr(tangent, key.removeprefix("lin_")) for key in TANGENT_LABELS}
         arrays |= {key: getattr(tangent, key.removesuffix("_lin")) for key in TANGENT_MATRICES}
@@ -100,13 +100,14 @@ def matrices_of(record: Record, where: str) -> Matrices:
             fix="Give a file written by phblocks.export.write, of this version of the library.",
         )
     fields: dict[str, Any] = {**record.texts, **record.labels, **record.vectors, **record.matrices}
-    tangent = {*TANGENT_LABELS, *TANGENT_MATRICES}
-    wanted = {*TEXTS, *LABELS, *VECTORS, *MATRICES} | (tangent if tangent & fields.keys() else set())
+    optional = {*TANGENT_LABELS, *TANGENT_MATRICES}
+    required = {*TEXTS, *LABELS, *VECTORS, *MATRICES}
+    wanted = required | (optional if optional & fields.keys() else set())
     if missing := sorted(wanted - fields.keys()):
         raise ExportError(where, expected="all fields", got=f"none named {', '.join(missing)}", fix="Export once more.")
-    linearisation = None
-    if tangent <= fields.keys():
-        arrays = {key.removesuffix("_lin"): fields.pop(key) for key in TANGENT_MATRICES}
-        labels = {key.removeprefix("lin_"): fields.pop(key) for key in TANGENT_LABELS}
-        linearisation = Linearisation(**arrays, **labels)
-    return Matrices(**{key: fields[key] for key in wanted - tangent - {"file_format"}}, linearisation=linearisation)
+    tangent = None
+    if optional <= fields.keys():
+        arrays = {key.removesuffix("_lin"): fields[key] for key in TANGENT_MATRICES}
+        labels = {key.removeprefix("lin_"): fields[key] for key in TANGENT_LABELS}
+        tangent = Tangent(**arrays, **labels)
+    return Matrices(**{key: fields[key] for key in required - {"file_format"}}, tangent=tangent)

@@ -56,7 +56,7 @@ def sparsity(system: System, matrix: Name | Floats | sp.sparray = "J", *, ax: Ax
     if ax is None:
         import matplotlib.pyplot as plt
 
-        _, ax = plt.subplots(figsize=(6.4, 6.4), layout="constrained")
+        _, ax = plt.subplots(figsize=(6.4, 6.8), layout="compressed")
     n = system.n
     ax.set_aspect("equal")
     ax.set_xlim(-0.5, n - 0.5)

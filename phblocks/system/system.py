@@ -13,18 +13,23 @@ points.  Everything is linear in them:
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from phblocks.errors import DataError, UnknownNameError
+from phblocks.errors import UnknownNameError
+from phblocks.export import write
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
 from phblocks.system.linearization import Linearization, linearize, small_motions
+from phblocks.system.matrices import matrices_at
+from phblocks.system.motion import rigid_motion
 from phblocks.system.parts import Connections, Input, Part, Site, State
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -143,6 +148,16 @@ class System:
     def state_units(self) -> tuple[str, ...]:
         """SI unit of each state."""
         return tuple(r.unit for p in self.parts for r in p.form.runs for _ in range(r.positions.size))
+
+    @cached_property
+    def theta_names(self) -> tuple[str, ...]:
+        """Name of each rotation state, such as ``crank.theta[0]``; ``turned[0]`` if an input drives it."""
+        names = [f"turned[{i}]" for i in range(self.start.theta.size)]
+        for part in self.parts:
+            for i, place in enumerate(part.theta):
+                if place >= 0:
+                    names[place] = f"{part.name}.theta[{i}]"
+        return tuple(names)
 
     @cached_property
     def state_positions(self) -> Floats:
@@ -358,23 +373,33 @@ class System:
         UnknownNameError
             If there is no such block.
         """
-        v, c = (np.array(a, dtype=np.float64) for a in (velocity, about))
-        for name, value, shape in (
-            ("velocity", v, (self.dimension,)),
-            ("about", c, (self.dimension,)),
-            ("spin", np.asarray(spin), ()),
-        ):
-            if value.shape != shape or not np.isfinite(value).all():
-                raise DataError(
-                    f"rigid_motion {name}",
-                    expected=f"finite numbers of shape {shape}",
-                    got=repr(value.tolist()),
-                    fix="Correct it.",
-                )
-        x = self.start.x.copy()
-        for part in self.parts if blocks is None else [self.part(name) for name in blocks]:
-            x[part.states] = part.form.moving(v, float(spin), c)
-        return State(x, self.start.theta, self.start.points)
+        return rigid_motion(self, velocity, spin, about, blocks)
+
+    def export(
+        self, path: str | os.PathLike[str], state: State | None = None, u: Floats | None = None
+    ) -> tuple[Path, ...]:
+        """Write E, J, R, Q, G and the tangent A, B, C, D at a state, with all names and units, to a file.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            The suffix chooses the format: ``.mat`` (MATLAB), ``.npz`` (NumPy), ``.mtx`` (Matrix Market).
+        state : State, optional
+            The initial configuration at rest by default.
+        u : numpy.ndarray, optional
+            Inputs there, shape (n_inputs,); zero by default.
+
+        Returns
+        -------
+        tuple of pathlib.Path
+            The files that were written.
+
+        Raises
+        ------
+        ExportError
+            If the suffix is unknown or the file cannot be written.
+        """
+        return write(matrices_at(self, state, u), path)
 
     def energy(self, x: Floats) -> float:
         """Evaluate the stored energy, without the potential of gravity.

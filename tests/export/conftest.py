@@ -9,7 +9,8 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 import phblocks as ph
-from phblocks.export import Linearisation, Matrices
+from phblocks.export import Matrices, Tangent
+from phblocks.system.matrices import matrices_at
 
 
 def transfer(E, J, R, Q, G, s):
@@ -19,24 +20,7 @@ def transfer(E, J, R, Q, G, s):
 
 def matrices_of(system: ph.System) -> Matrices:
     """What System.export hands over, at rest."""
-    return Matrices(
-        name=system.name,
-        about="at rest in the initial configuration",
-        E=system.E,
-        J=system.J(),
-        R=system.R,
-        Q=system.Q,
-        G=system.G(),
-        x0=system.start.x,
-        f0=system.gravity_force(),
-        state_names=system.state_names,
-        state_units=system.state_units,
-        state_positions=system.state_positions,
-        input_names=system.input_names,
-        input_units=tuple(i.imposed.unit for i in system.inputs),
-        output_names=system.output_names,
-        output_units=tuple(i.answered.unit for i in system.inputs),
-    )
+    return matrices_at(system)
 
 
 def random_sparse(rng: np.random.Generator, rows: int, columns: int) -> sp.csr_array:
@@ -48,7 +32,7 @@ def random_sparse(rng: np.random.Generator, rows: int, columns: int) -> sp.csr_a
     return sp.csr_array(dense)
 
 
-def random_matrices(n: int, m: int, *, tangent: bool = True) -> Matrices:
+def random_matrices(n: int, m: int) -> Matrices:
     """Every field in use, names of every kind."""
     rng = np.random.default_rng(7)
     names = ['quote " and \\ and \\u00e4', "Träger.V1[0]", "θ̈ 梁 😀", "", " leading and trailing ", "two\nlines\t."]
@@ -71,13 +55,11 @@ def random_matrices(n: int, m: int, *, tangent: bool = True) -> Matrices:
         input_units=("N",) * m,
         output_names=pick(m),
         output_units=("m/s",) * m,
-        linearisation=Linearisation(
+        tangent=Tangent(
             **{key: random_sparse(rng, *shape) for key, shape in lin_shapes.items()},
             state_names=pick(k),
             state_units=("°",) * k,
-        )
-        if tangent
-        else None,
+        ),
     )
 
 
@@ -93,7 +75,7 @@ def assert_identical(got, expected) -> None:
         elif isinstance(b, np.ndarray):
             assert a.dtype == np.float64
             np.testing.assert_array_equal(a, b, err_msg=field.name)
-        elif isinstance(b, Linearisation):
+        elif isinstance(b, Tangent):
             assert_identical(a, b)
         else:
             assert a == b and type(a) is type(b), field.name

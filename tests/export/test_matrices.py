@@ -85,7 +85,7 @@ def test_is_frozen(beam):
         (lambda b: {"input_names": ("a", "b\0")}, DataError, "input_names: expected text"),
         (lambda b: {"input_names": ("a", "\ud800")}, DataError, "input_names: expected text"),
         (lambda b: {"about": None}, ArgumentTypeError, "about"),
-        (lambda b: {"linearisation": b.E}, ArgumentTypeError, "linearisation: expected a Linearisation"),
+        (lambda b: {"tangent": b.E}, ArgumentTypeError, "tangent: expected a Tangent"),
     ],
 )
 def test_refuses(beam, change, error, says):
@@ -102,11 +102,11 @@ def test_refuses(beam, change, error, says):
         (lambda t: {"state_units": ()}, "state_units: expected"),
     ],
 )
-def test_linearisation_refuses(full, change, says):
-    with pytest.raises(DataError, match="linearisation: " + says):
-        replace(full.linearisation, **change(full.linearisation))
+def test_tangent_refuses(full, change, says):
+    with pytest.raises(DataError, match="tangent: " + says):
+        replace(full.tangent, **change(full.tangent))
 
 
-def test_linearisation_has_the_same_inputs(full, closed):
+def test_tangent_has_the_same_inputs(full, closed):
     with pytest.raises(DataError, match="expected 2 inputs and outputs"):
-        replace(full, linearisation=closed.linearisation)
+        replace(full, tangent=closed.tangent)

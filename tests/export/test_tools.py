@@ -18,7 +18,7 @@ OCTAVE = shutil.which("octave-cli")
 
 
 def tangent_of(matrices, key):
-    return getattr(matrices.linearisation, key.removesuffix("_lin").removeprefix("lin_"))
+    return getattr(matrices.tangent, key.removesuffix("_lin").removeprefix("lin_"))
 
 
 def test_loadmat(tmp_path, beam):
@@ -93,7 +93,7 @@ def test_mmread(request, tmp_path, which):
         assert got.nnz == expected.nnz == entry["entries"]
         np.testing.assert_array_equal(got.toarray(), expected.toarray())
         assert (tmp_path / entry["file"]).read_bytes().startswith(b"%%MatrixMarket matrix coordinate real general\n")
-    assert head.keys() == {*TEXTS, *LABELS, *VECTORS} | ({*TANGENT_LABELS} if matrices.linearisation else set())
+    assert head.keys() == {*TEXTS, *LABELS, *VECTORS} | ({*TANGENT_LABELS} if matrices.tangent else set())
     assert tuple(head["state_names"]) == matrices.state_names
     assert [np.nan if p is None else p for p in head["state_positions"]] == pytest.approx(
         matrices.state_positions.tolist(), abs=0, rel=0, nan_ok=True

@@ -1,0 +1,200 @@
+"""The examples run from the command line, and their numbers are right."""
+
+import importlib.util
+import sys
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from functools import cache
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).resolve().parents[2] / "examples"
+PNG = b"\x89PNG\r\n\x1a\n"
+
+
+@pytest.fixture(scope="module")
+def example():
+    """Load an example by name, as a script beside the package is loaded."""
+
+    def load(name):
+        spec = importlib.util.spec_from_file_location(f"examples_{name}", FOLDER / f"{name}.py")
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[spec.name] = module  # dataclasses look there
+        spec.loader.exec_module(module)
+        return module
+
+    return load
+
+
+@dataclass
+class CommandLine:
+    """What an example left when it ran once from the command line."""
+
+    result: Any
+    printed: str
+    files: list[Path]
+
+
+@pytest.fixture(scope="module")
+def ran(example, tmp_path_factory):
+    """Run an example once, by name, as from the command line."""
+
+    @cache
+    def run(name):
+        out = tmp_path_factory.mktemp(name) / "new" / "folder"
+        with redirect_stdout(StringIO()) as printed:
+            result = example(name).main(["--out", str(out)])
+        return CommandLine(result, printed.getvalue(), sorted(out.iterdir()))
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def four_bar(example):
+    return example("four_bar")
+
+
+@pytest.fixture(scope="module")
+def fall(ran):
+    return ran("four_bar").result
+
+
+@pytest.fixture(scope="module")
+def cantilever(example):
+    return example("cantilever_modes")
+
+
+def test_every_example_is_tested():
+    tests = Path(__file__).read_text(encoding="utf-8")
+    assert [p.stem for p in FOLDER.glob("*.py") if f'ran("{p.stem}")' not in tests] == []
+
+
+@pytest.mark.parametrize(("name", "figures"), [("four_bar", 5), ("pendulum", 2), ("cantilever_modes", 2)])
+def test_command_line(ran, name, figures):
+    found = ran(name)
+    assert len(found.files) == figures
+    assert all(path.read_bytes().startswith(PNG) and str(path) in found.printed for path in found.files)
+    assert plt.get_fignums() == []
+
+
+# The four-bar, in the setting of the paper
+
+
+def test_reference_of_the_four_bar(four_bar, references):
+    known = references["four_bar"]["P_flexible_t"]
+    np.testing.assert_array_equal(four_bar.REFERENCE, [known[str(t)] for t in range(11)])
+
+
+def test_four_bar_keeps_its_energy(fall):
+    assert fall.solution.status.ok
+    assert fall.start_energy == pytest.approx(392.0, abs=0.5)
+    assert fall.energy_drift < 1e-11 * 392.0
+    assert fall.solution.max_power_balance_error < 1e-11 * 392.0
+
+
+def test_four_bar_stays_closed(fall):
+    """By both positions; measured: 9.5e-4 m from strain, 1.2e-4 m from velocity."""
+    assert len(fall.gaps) == 4
+    assert max(max(gaps) for gaps in fall.gaps.values()) < 2e-3
+
+
+def test_four_bar_path(fall, four_bar):
+    """Measured: 1.1e-3 m from the reference at 1 s; 6e-3 m in time and 7e-3 m in space, which partly cancel."""
+    assert fall.P_seconds.shape == (11, 2)
+    np.testing.assert_array_equal(fall.P_seconds[0], (2.75, 1.5))
+    np.testing.assert_array_equal(fall.P_seconds, fall.P[::50])
+    np.testing.assert_array_equal(fall.distances, np.linalg.norm(fall.P[::50] - four_bar.REFERENCE, axis=1))
+    assert fall.distances[1] < 1e-2
+
+
+def test_four_bar_with_finer_elements_and_steps(four_bar):
+    """Space is resolved (degree 2); what is left is the error of the midpoint rule in time, 3.5e-4 m at this step."""
+    fine = four_bar.run(elements=(4, 4, 4), degree=2, dt=0.005, t_end=1.0)
+    assert fine.distances[1] < 5e-4
+    assert fine.energy_drift < 1e-11 * 392.0
+
+
+def test_four_bar_table(fall, four_bar):
+    table = four_bar.tabulate(fall)
+    assert "t (s)" in table
+    assert len([line for line in table.splitlines() if line.strip().split(" ")[0].isdigit()]) == 11
+    for gap in (gap for gaps in fall.gaps.values() for gap in gaps):
+        assert f"{gap:.1e}" in table
+    assert "Newton iterations a step" in table
+    assert f"{fall.wall_time:.2f} s" in table
+
+
+def test_figure_of_the_readme(four_bar):
+    """It is there, small, and has the name of a figure of this example."""
+    root = FOLDER.parent
+    [line] = [line for line in (root / "README.md").read_text(encoding="utf-8").splitlines() if line.startswith("![")]
+    assert line.endswith("](docs/images/four_bar.png)")
+    picture = (root / "docs" / "images" / "four_bar.png").read_bytes()
+    assert picture.startswith(PNG)
+    assert len(picture) < 80_000
+
+
+# Pendulums
+
+
+@pytest.fixture(scope="module")
+def swing(ran):
+    return ran("pendulum").result
+
+
+def test_rubber_pendulum(swing, references):
+    known = references["rubber_pendulum"]
+    for tip in swing.tips.values():
+        np.testing.assert_allclose(tip, known["tip(1)"], rtol=0.0, atol=known["tolerance"])
+
+
+def test_rigid_pendulum(swing, references):
+    """Measured: 2e-7 rad and 3.5e-6 s, both from the step of 1e-3 s and from how stiff the bar is."""
+    known = references["rigid_pendulum"]["uniform bar L=1 from horizontal"]
+    assert swing.angle == pytest.approx(known["theta(1)_from_downward"], abs=1e-6)
+    assert swing.period == pytest.approx(known["period_s"], abs=1e-5)
+
+
+# The cantilever
+
+
+def test_reference_of_the_cantilever(cantilever, references):
+    known = references["timoshenko_frequencies_rad_s"]
+    np.testing.assert_array_equal(cantilever.BENDING, known["modes"]["clamped-free"])
+    section = cantilever.SECTION
+    assert [section.bending, section.mass, section.rotary, section.axial, section.shear] == pytest.approx(
+        [known["beam"][name] for name in ("EI", "rhoA", "rhoI", "EA", "kGA")], rel=1e-15
+    )
+
+
+def test_cantilever_frequencies(ran):
+    """16 elements of degree 3."""
+    result = ran("cantilever_modes").result
+    assert result.axial.tolist() == [False, False, True, False, False, False, True, False]
+    assert np.abs(result.errors).max() < 2e-5
+    assert np.abs(result.errors[0]) < 1e-10
+
+
+def test_cantilever_convergence(cantilever):
+    """Order 2 k, and small in the end."""
+    for k, bound in ((1, 1e-4), (2, 1e-7), (3, 1e-11)):
+        error = cantilever.converge(degrees=(k,))[k][:, 0]
+        assert np.log2(error[-2] / error[-1]) == pytest.approx(2.0 * k, abs=0.2)
+        assert error[-1] < bound
+
+
+def test_cantilever_shapes(cantilever, ran):
+    """The mode i of bending has i - 1 nodes; all start at the clamp and are largest at the tip."""
+    result = ran("cantilever_modes").result
+    for nodes, mode in enumerate(np.flatnonzero(~result.axial)[:4]):
+        place, value = cantilever.deflection(result, mode)
+        assert (np.diff(place) >= 0.0).all()
+        assert np.abs(value[0]) < 0.05
+        assert value[-1] == pytest.approx(1.0)
+        inner = value[np.abs(value) > 0.02]
+        assert (np.diff(np.sign(inner)) != 0).sum() == nodes
