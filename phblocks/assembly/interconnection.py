@@ -177,7 +177,8 @@ class _Points:
             still = ~turning
             fixed = _rotate(-self.angle.reference[point[still]], gravity)[np.arange(still.sum()), component[still]]
             parts = [Triplets.of(state[still], 0, values=value[still] * fixed)]
-            point, component, state, value = (a[turning] for a in (point, component, state, value))
+            point, component, state = point[turning], component[turning], state[turning]
+            value = value[turning]
         else:
             parts = []
         cos = Triplets.of(state, 1 + first_angle + point, values=value * gravity[component])

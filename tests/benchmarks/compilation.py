@@ -11,7 +11,7 @@ from time import perf_counter
 import phblocks as ph
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from tests.benchmarks.tables import machine, markdown, write  # noqa: E402
+from tests.benchmarks.tables import machine, markdown, write
 
 BAR = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0)
 

@@ -16,8 +16,8 @@ import phblocks as ph
 from phblocks.solvers.linear import BandedSolver
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
-from examples.four_bar import build  # noqa: E402
-from tests.benchmarks.tables import machine, markdown, write  # noqa: E402
+from examples.four_bar import build
+from tests.benchmarks.tables import machine, markdown, write
 
 MESHES = ((10, 6, 6), (100, 60, 60), (1000, 600, 600))
 
@@ -74,7 +74,14 @@ def main() -> None:
     for elements in MESHES:
         n, width, ours, theirs = measure(elements)
         rows.append(
-            ["/".join(map(str, elements)), str(n), str(width), f"{1e3 * ours:.3f}", f"{1e3 * theirs:.3f}", f"{ours / theirs:.1f}"]
+            [
+                "/".join(map(str, elements)),
+                str(n),
+                str(width),
+                f"{1e3 * ours:.3f}",
+                f"{1e3 * theirs:.3f}",
+                f"{ours / theirs:.1f}",
+            ]
         )
     table = markdown(
         ["elements", "unknowns", "half-bandwidth", "one Newton iteration, ms", "`dgbsv`, ms", "ratio"], rows

@@ -33,7 +33,9 @@ def write(page: str, mark: str, table: str) -> None:
     path = DOCS / page
     text = path.read_text()
     new, count = re.subn(
-        rf"(<!-- {mark} -->\n).*?(<!-- end -->)", lambda m: f"{m[1]}\n{table}\n\nMeasured on {machine()}.\n\n{m[2]}", text,
+        rf"(<!-- {mark} -->\n).*?(<!-- end -->)",
+        lambda m: f"{m[1]}\n{table}\n\nMeasured on {machine()}.\n\n{m[2]}",
+        text,
         flags=re.S,
     )
     if count != 1:
