@@ -22,8 +22,8 @@ from phblocks.errors import (
     PortInUseError,
     PortTypeError,
 )
-from phblocks.network import Exposure, Junction, Network, call_site
-from phblocks.ports import Anchor, Port
+from phblocks.network import Junction, Network, call_site
+from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array

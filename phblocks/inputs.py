@@ -61,6 +61,8 @@ class Drive:
         spans: dict[str, list[int]] = {}
         for i, entry in enumerate(system.inputs):
             spans.setdefault(entry.exposure, []).append(i)
+        given = {name: system.inputs[span[0]].signal for name, span in spans.items()}
+        given = {name: signal for name, signal in given.items() if signal is not None}
         for name in signals:
             if name not in spans:
                 raise UnknownNameError(
@@ -69,6 +71,7 @@ class Drive:
                     got=repr(name),
                     fix="Use the names given in expose().",
                 )
+        signals = given | dict(signals)
         self._signals = [(name, signal, spans[name]) for name, signal in signals.items() if callable(signal)]
         self._constant = np.zeros(self._n)
         for name, span in spans.items():

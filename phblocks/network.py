@@ -15,30 +15,11 @@ from dataclasses import dataclass, field
 import networkx as nx
 
 from phblocks.blocks.block import Block
-from phblocks.ports import Domain, Port
+from phblocks.ports import Domain, Exposure, Port
 from phblocks.space import Space
 from phblocks.triplets import Floats
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
-
-
-@dataclass(frozen=True)
-class Exposure:
-    """A port open to the outside: one input and the conjugate output.
-
-    Parameters
-    ----------
-    name : str
-        Unique in the diagram.
-    port : Port
-        The port, or one of the ports of the junction that is exposed.
-    gives : bool
-        The outside gives the common quantity (velocity) and takes the summed one.
-    """
-
-    name: str
-    port: Port
-    gives: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +92,16 @@ class Network:
         self.joined.append(junction)
         self.junction_of |= {port: junction for port in junction.ports if not port.block.shared}
 
+    def exposures(self) -> Sequence[Exposure]:
+        """List all openings to the outside: those the user made, then those of sources.
+
+        Returns
+        -------
+        sequence of Exposure
+            In the order of making and adding.
+        """
+        return [*self.exposed, *(e for block in self.blocks.values() for e in block.exposures())]
+
     def junctions(self) -> Sequence[Junction]:
         """List all junctions, with the exposures at each; a port that nobody joined is one of its own.
 
@@ -120,7 +111,7 @@ class Network:
             Those made by the user first, in their order.
         """
         at: dict[Port, list[Exposure]] = {}
-        for exposure in self.exposed:
+        for exposure in self.exposures():
             at.setdefault(exposure.port, []).append(exposure)
         junctions = [
             Junction(j.ports, j.made_by, tuple(e for p in j.ports for e in at.get(p, ()))) for j in self.joined

@@ -7,9 +7,11 @@ the other.  Power counts as positive into the block: force on the block times ve
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NoReturn
+
+from numpy.typing import ArrayLike
 
 from phblocks.errors import UnknownNameError
 from phblocks.space import Space
@@ -189,3 +191,28 @@ class Anchor:
     def __repr__(self) -> str:
         """Return the path."""
         return f"<anchor {self.path}>"
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """A port open to the outside: one input and the conjugate output.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the diagram.
+    port : Port
+        The port, or one of the ports of the junction that is exposed.
+    gives : bool
+        The outside gives the common quantity (velocity) and takes the summed one.
+    follows : bool
+        Components are in the frame of the anchor that is acted on, and turn with it; otherwise in the fixed frame.
+    signal : callable, array_like or None
+        What is imposed if the simulation is given nothing else, as a constant or a function of time.
+    """
+
+    name: str
+    port: Port
+    gives: bool
+    follows: bool = False
+    signal: Callable[[float], ArrayLike] | ArrayLike | None = None

@@ -18,9 +18,9 @@ from phblocks.assembly.structure import check_structure
 from phblocks.blocks.block import AngleRows
 from phblocks.causality import CausalityReport
 from phblocks.errors import DataError
-from phblocks.frames import QUARTER, Turn
-from phblocks.network import Exposure, Junction, Network
-from phblocks.ports import Port
+from phblocks.frames import NO_TURN, QUARTER, Turn
+from phblocks.network import Junction, Network
+from phblocks.ports import Exposure, Port
 from phblocks.system import Angles, Connections, Part, State, System
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -38,7 +38,7 @@ class _Entries:
     K_u: list[Triplets] = field(default_factory=list)
     names: list[tuple[str, str]] = field(default_factory=list)
     blocks: list[tuple[int, int]] = field(default_factory=list)
-    flows: list[tuple[Triplets, bool]] = field(default_factory=list)
+    flows: list[list[Triplets]] = field(default_factory=list)
 
 
 def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all") -> System:
@@ -125,11 +125,16 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         point_mass=points.mass,
         point_velocity=points.velocity.csr((points.mass.size * network.space.dimension, n)),
         point_angles=Angles(_kept(points.angle.rows, place).csr((points.mass.size, n_theta)), points.angle.reference),
-        start=State(np.zeros(n), np.zeros(n_theta), points.start),
+        start=State(_start(layout), np.zeros(n_theta), points.start),
         report=report,
     )
     check_structure(system)
     return system
+
+
+def _start(layout: Layout) -> Floats:
+    parts = [np.zeros(form.size) if form.start is None else form.start for form in layout.forms.values()]
+    return np.concatenate(parts)
 
 
 @dataclass(frozen=True)
@@ -167,9 +172,23 @@ class _Points:
         row, state = self.velocity.indices
         point, component = row // gravity.size, row % gravity.size
         value = self.velocity.values * self.mass[point]
+        turning = np.isin(point, self.angle.rows.indices[0])
+        if not turning.all():
+            still = ~turning
+            fixed = _rotate(-self.angle.reference[point[still]], gravity)[np.arange(still.sum()), component[still]]
+            parts = [Triplets.of(state[still], 0, values=value[still] * fixed)]
+            point, component, state = point[turning], component[turning], state[turning]
+            value = value[turning]
+        else:
+            parts = []
         cos = Triplets.of(state, 1 + first_angle + point, values=value * gravity[component])
         sin = Triplets.of(state, 1 + n_angles + first_angle + point, values=value * (QUARTER.T @ gravity)[component])
-        return Triplets.join([cos, sin])
+        return Triplets.join([*parts, cos, sin])
+
+
+def _rotate(angles: Floats, vector: Floats) -> Floats:
+    """Rotate one vector by many angles, shape (angles, 2)."""
+    return np.asarray(np.cos(angles)[:, None] * vector + np.sin(angles)[:, None] * (QUARTER @ vector))
 
 
 def _join(layout: Layout, junction: Junction, to: _Entries) -> None:
@@ -185,50 +204,47 @@ def _join(layout: Layout, junction: Junction, to: _Entries) -> None:
 
 
 def _exchange(layout: Layout, giver: Port, taker: Port, to: _Entries) -> None:
-    """Entries of ``out_t^T C out_g`` with C the rotation from the giver's to the taker's frame."""
-    into, out = layout.output(taker), layout.output(giver)
-    if not out.values.size:
-        return  # the ground: velocity zero
-    parts = _rotated(layout, giver, taker, into, out, to)
-    (number_g, number_t) = layout.block_number(giver.block.name), layout.block_number(taker.block.name)
+    """Entries of ``out_t^T C out_g`` with C the rotation from the giver's to the taker's frames."""
+    flows = [
+        part
+        for giving, out in layout.pieces(giver)
+        for taking, into in layout.pieces(taker)
+        for part in _rotated(layout, giver, giving.minus(taking), into, out, to)
+    ]
+    if not flows:
+        return  # one side has nothing to give: the ground's velocity is zero
     to.names.append((giver.path, taker.path))
-    to.blocks.append((number_g, number_t))
-    to.flows.append(parts)
-    entries, moving = parts
-    (to.K if moving else to.J0).append(entries.skew)
-
-
-def _rotated(
-    layout: Layout, giver: Port, taker: Port, into: Triplets, out: Triplets, to: _Entries
-) -> tuple[Triplets, bool]:
-    if not layout.network.space.turns(giver.domain.turns_with):
-        return _sandwich(into, out, np.eye(len(giver.domain.components(layout.network.space)))), False
-    turn = layout.orientation(giver).minus(layout.orientation(taker))
-    if turn.fixed:
-        return _sandwich(into, out, turn.matrix()), False
-    to.turns.append(turn)
-    m = len(to.turns) - 1
-    cos, sin = _sandwich(into, out, np.eye(2)), _sandwich(into, out, QUARTER)
-    return Triplets.join([_with_feature(cos, 2 * m), _with_feature(sin, 2 * m + 1)], order=3), True
+    to.blocks.append((layout.block_number(giver.block.name), layout.block_number(taker.block.name)))
+    to.flows.append(flows)
+    for entries in flows:
+        (to.J0 if len(entries.indices) == 2 else to.K).append(entries.skew)
 
 
 def _open(layout: Layout, exposure: Exposure, port: Port, to: _Entries) -> None:
-    """Entries of ``out^T Lambda^T u``: an input in the fixed frame acting on a port in its own."""
-    into = layout.output(port)
-    components = len(port.domain.components(layout.network.space))
-    first = layout.first_input[exposure.name]
-    outside = Triplets.of(np.arange(components), first + np.arange(components), values=1.0)
-    if not layout.network.space.turns(port.domain.turns_with):
-        to.G0.append(_sandwich(into, outside, np.eye(components)))
-        return
-    turn = layout.orientation(port)
-    if turn.fixed:
-        to.G0.append(_sandwich(into, outside, turn.matrix().T))
-        return
-    to.turns.append(turn)
-    m = len(to.turns) - 1
-    to.K_u.append(_with_feature(_sandwich(into, outside, np.eye(2)), 2 * m))
-    to.K_u.append(_with_feature(_sandwich(into, outside, QUARTER.T), 2 * m + 1))
+    """Entries of ``out^T C u``: an input in the fixed frame, or in that of the anchor, acting on a port."""
+    components = np.arange(len(port.domain.components(layout.network.space)))
+    outside = Triplets.of(components, layout.first_input[exposure.name] + components, values=1.0)
+    frame = layout.orientation(port) if exposure.follows else NO_TURN
+    for taking, into in layout.pieces(port):
+        for entries in _rotated(layout, port, frame.minus(taking), into, outside, to):
+            (to.G0 if len(entries.indices) == 2 else to.K_u).append(entries)
+
+
+def _rotated(layout: Layout, port: Port, turn: Turn, into: Triplets, out: Triplets, to: _Entries) -> list[Triplets]:
+    """Entries of ``into^T Lambda(turn) out``: constant ones of order two, modulated ones of order three."""
+    space = layout.network.space
+    if not space.turns(port.domain.turns_with):
+        parts = [_sandwich(into, out, np.eye(len(port.domain.components(space))))]
+    elif turn.fixed:
+        parts = [_sandwich(into, out, turn.matrix())]
+    else:
+        to.turns.append(turn)
+        feature = 2 * (len(to.turns) - 1)
+        parts = [
+            _with_feature(_sandwich(into, out, np.eye(2)), feature),
+            _with_feature(_sandwich(into, out, QUARTER), feature + 1),
+        ]
+    return [part for part in parts if part.values.size]
 
 
 def _sandwich(into: Triplets, out: Triplets, matrix: Floats) -> Triplets:
@@ -251,9 +267,10 @@ def _features(entries: Triplets, n_angles: int) -> Triplets:
 
 def _connections(joints: _Entries, n_angles: int) -> Connections:
     entries, number = [], []
-    for c, (part, moving) in enumerate(joints.flows):
-        entries.append(_features(part, n_angles) if moving else _with_feature(part, 0))
-        number.append(np.full(part.values.size, c))
+    for c, parts in enumerate(joints.flows):
+        for part in parts:
+            entries.append(_with_feature(part, 0) if len(part.indices) == 2 else _features(part, n_angles))
+            number.append(np.full(part.values.size, c))
     return Connections(
         tuple(joints.names),
         np.array(joints.blocks, dtype=np.int64).reshape(-1, 2),

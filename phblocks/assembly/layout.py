@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phblocks.blocks.block import Form
+from phblocks.blocks.block import AngleRows, Form
 from phblocks.causality import CausalityReport
-from phblocks.frames import Turn
-from phblocks.network import Exposure, Junction, Network
-from phblocks.ports import TRANSLATION, Anchor, Port
+from phblocks.frames import NO_TURN, Turn
+from phblocks.network import Junction, Network
+from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
 from phblocks.system import Input, Site
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -91,8 +91,8 @@ class Layout:
             self._numbers.update({block: i for i, block in enumerate(self.forms)})
         return self._numbers[name]
 
-    def output(self, port: Port) -> Triplets:
-        """Return what a port gives, as rows over all states.
+    def pieces(self, port: Port) -> list[tuple[Turn, Triplets]]:
+        """Return what a port gives, as rows over all states, each part with the orientation of its frame.
 
         Parameters
         ----------
@@ -101,11 +101,17 @@ class Layout:
 
         Returns
         -------
-        Triplets
-            Shape (components, n).
+        list of (Turn, Triplets)
+            The frame, and entries of shape (components, n).
         """
         name = port.block.name
-        return self.forms[name].ports[port.name].output.shifted(0, self.first_state[name])
+        return [
+            (
+                self.orientation(port) if piece.frame is None else self._turn(name, piece.frame),
+                piece.output.shifted(0, self.first_state[name]),
+            )
+            for piece in self.forms[name].ports[port.name].pieces
+        ]
 
     def orientation(self, port: Port) -> Turn:
         """Return the orientation of the anchor of a port.
@@ -113,26 +119,23 @@ class Layout:
         Parameters
         ----------
         port : Port
-            A mechanical port.
+            The port.
 
         Returns
         -------
         Turn
-            In terms of all rotation states.
+            In terms of all rotation states; no turn for a port without anchor.
         """
-        assert port.anchor is not None
-        return self._orientation(port.anchor)
+        return NO_TURN if port.anchor is None else self._orientation(port.anchor)
+
+    def _turn(self, block: str, angle: AngleRows) -> Turn:
+        places, weights = self.first_theta[block] + angle.rows.indices[1], angle.rows.values
+        return Turn(tuple(places.tolist()), tuple(weights.tolist()), float(angle.reference[0]))
 
     def _orientation(self, anchor: Anchor) -> Turn:
         if anchor not in self._turns:
             rows = self.forms[anchor.block.name].orientations[anchor.name]
-            if rows is not None:
-                first = self.first_theta[anchor.block.name]
-                places, weights = first + rows.rows.indices[1], rows.rows.values
-                turn = Turn(tuple(places.tolist()), tuple(weights.tolist()), float(rows.reference[0]))
-            else:
-                turn = self._taken(anchor)
-            self._turns[anchor] = turn
+            self._turns[anchor] = self._taken(anchor) if rows is None else self._turn(anchor.block.name, rows)
         return self._turns[anchor]
 
     def _taken(self, anchor: Anchor) -> Turn:
@@ -234,14 +237,14 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
     theta_states = np.concatenate([first_state[name] + f.rotation_states for name, f in forms.items()])
     inputs: list[Input] = []
     first_input = {}
-    for exposure in network.exposed:
+    for exposure in network.exposures():
         first_input[exposure.name] = len(inputs)
         domain = exposure.port.domain
         components = domain.components(network.space)
         imposed, answered = (domain.common, domain.summed) if exposure.gives else (domain.summed, domain.common)
         for c in components:
             name = exposure.name if len(components) == 1 else f"{exposure.name}.{AXES[c]}"
-            inputs.append(Input(name, imposed, answered, exposure.name, exposure.gives))
+            inputs.append(Input(name, imposed, answered, exposure.name, exposure.gives, exposure.signal))
     layout = Layout(
         network=network,
         forms=forms,

@@ -7,13 +7,13 @@ import scipy.sparse as sp
 
 from phblocks.errors import StructureError
 from phblocks.system import System
-from phblocks.triplets import Floats
+from phblocks.system.scaling import state_scale
 
 TOLERANCE = 1e-12
 
 
 def check_structure(system: System) -> None:
-    """Verify that E is symmetric and positive definite, R symmetric and semidefinite, and J skew.
+    """Verify that E and R are symmetric and positive semidefinite, and J skew.
 
     J is checked at a pseudo-random state and configuration, which exercises all of J0, T and K.
 
@@ -32,23 +32,10 @@ def check_structure(system: System) -> None:
     random = np.random.default_rng(0)
     x, theta = random.standard_normal(system.n), random.standard_normal(system.start.theta.size)
     # scaled by the square root of the energy, so that forces and velocities are of one size
-    J = system.J(x / np.sqrt(_diagonal(system)), theta)
+    J = system.J(x * state_scale(system), theta)
     _require_small(system, "J", "skew", J + J.T, J)
-    _require_definite(system, "E", system.E, strictly=True)
-    _require_definite(system, "R", system.R, strictly=False)
-
-
-def _diagonal(system: System) -> Floats:
-    diagonal: Floats = system.E.diagonal()
-    bad = np.flatnonzero(~(diagonal > 0.0))
-    if bad.size:
-        raise StructureError(
-            f"E of system {system.name!r}",
-            expected="positive diagonal entries",
-            got=f"{diagonal[bad[0]]!r} at {system.state_names[bad[0]]}",
-            fix="Every state needs an inertia or a compliance > 0.",
-        )
-    return diagonal
+    _require_definite(system, "E", system.E)
+    _require_definite(system, "R", system.R)
 
 
 def _require_small(system: System, name: str, what: str, defect: sp.csr_array, matrix: sp.csr_array) -> None:
@@ -65,30 +52,39 @@ def _require_small(system: System, name: str, what: str, defect: sp.csr_array, m
         )
 
 
-def _require_definite(system: System, name: str, matrix: sp.csr_array, *, strictly: bool) -> None:
-    """Banded Cholesky after scaling to unit diagonal; a semidefinite matrix is shifted by round-off first."""
+def _require_definite(system: System, name: str, matrix: sp.csr_array) -> None:
+    """Banded Cholesky of the states that take part, scaled to unit diagonal and shifted by round-off."""
     from scipy.linalg import LinAlgError, cholesky_banded
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-    if not matrix.nnz:
-        return
     diagonal = matrix.diagonal()
-    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    used = np.flatnonzero(np.diff(matrix.indptr))
+    bad = used[~(diagonal[used] > 0.0)]
+    if bad.size:
+        raise StructureError(
+            f"{name} of system {system.name!r}",
+            expected="positive diagonal entries wherever a state takes part",
+            got=f"{diagonal[bad[0]]!r} at {system.state_names[bad[0]]}",
+            fix="Check the inertias, compliances and dampings of the block this state belongs to.",
+        )
+    if not used.size:
+        return
+    scale = 1.0 / np.sqrt(diagonal[used])
+    matrix = sp.csr_array(sp.diags_array(scale) @ matrix[used][:, used] @ sp.diags_array(scale))
     order = reverse_cuthill_mckee(sp.csr_matrix(matrix), symmetric_mode=True)
-    scaled = sp.coo_array((sp.diags_array(scale) @ matrix @ sp.diags_array(scale)).tocsr()[order][:, order])
+    scaled = sp.coo_array(matrix[order][:, order])
     row, column = scaled.coords
     upper = column >= row
     width = int((column - row).max(initial=0))
-    band = np.zeros((width + 1, system.n))
+    band = np.zeros((width + 1, used.size))
     band[width + (row - column)[upper], column[upper]] = scaled.data[upper]
-    if not strictly:
-        band[width] += 1e-10
+    band[width] += 1e-10
     try:
         cholesky_banded(band)
     except LinAlgError:
         raise StructureError(
             f"{name} of system {system.name!r}",
-            expected="a positive definite matrix" if strictly else "a positive semidefinite matrix",
-            got="one with a negative or zero direction",
+            expected="a positive semidefinite matrix",
+            got="one with a negative direction",
             fix="Check the inertias, compliances and dampings of the blocks.",
         ) from None

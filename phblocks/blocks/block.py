@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
-from phblocks.ports import Anchor, Port, Ports
+from phblocks.ports import Anchor, Exposure, Port, Ports
 from phblocks.space import Space
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -96,6 +96,26 @@ class AngleRows:
     reference: Floats
 
 
+#: The fixed frame of the diagram.
+FIXED = AngleRows(Triplets.empty(), np.zeros(1))
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of what a port gives, in a frame of its own: ``Lambda(frame) output z`` in the fixed frame.
+
+    Parameters
+    ----------
+    output : Triplets
+        Shape (components, states); what the port takes enters the state equations through the transpose.
+    frame : AngleRows or None
+        Orientation of the frame, one row; ``None`` for the frame of the anchor, :data:`FIXED` for the fixed one.
+    """
+
+    output: Triplets
+    frame: AngleRows | None = None
+
+
 @dataclass(frozen=True)
 class PortForm:
     """A port in the coordinates of its block.
@@ -104,13 +124,12 @@ class PortForm:
     ----------
     gives : bool
         It gives the common quantity (velocity) and takes the summed one (force).
-    output : Triplets
-        Shape (components, states): what the port gives, in the frame of its anchor, is ``output @ z``;
-        what it takes enters the state equations through the transpose.
+    pieces : tuple of Piece
+        What it gives is their sum; none if it gives nothing at all (the ground's velocity, a source's own force).
     """
 
     gives: bool
-    output: Triplets
+    pieces: tuple[Piece, ...]
 
 
 @dataclass(frozen=True)
@@ -179,6 +198,8 @@ class Form:
         orientation, from elsewhere.
     points : MaterialPoints or None
         Where the block has mass.
+    start : numpy.ndarray or None
+        States at the start, shape (size,); ``None`` for zero (at rest, stress-free).
     """
 
     size: int
@@ -191,6 +212,7 @@ class Form:
     rotation_states: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     orientations: Mapping[str, AngleRows | None] = field(default_factory=dict)
     points: MaterialPoints | None = None
+    start: Floats | None = None
 
     def value(self, history: History, name: str, place: float) -> Floats:
         """Read a component of a field at a place of the block.
@@ -382,6 +404,16 @@ class Block(ABC):
         Form
             The block in its own coordinates.
         """
+
+    def exposures(self) -> Sequence[Exposure]:
+        """List the openings to the outside that the block brings along: those of a source.
+
+        Returns
+        -------
+        sequence of Exposure
+            None for all but sources.
+        """
+        return ()
 
     @property
     def ports(self) -> Mapping[str, Port]:

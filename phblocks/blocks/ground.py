@@ -71,6 +71,6 @@ class Ground(Block):
             J0=none,
             R=none,
             T=Triplets.empty(3),
-            ports={port.name: PortForm(True, none) for port in self.anchor.ports},
+            ports={port.name: PortForm(True, ()) for port in self.anchor.ports},
             orientations={"anchor": AngleRows(none, np.zeros(1))},
         )

@@ -15,9 +15,9 @@ from phblocks.blocks.ground import Ground
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
 from phblocks.errors import ArgumentTypeError
-from phblocks.network import Exposure, Junction
+from phblocks.network import Junction
 from phblocks.plots.placement import SHEET, place_nodes
-from phblocks.ports import ROTATION, TRANSLATION, Domain, Port
+from phblocks.ports import ROTATION, TRANSLATION, Domain, Exposure, Port
 from phblocks.triplets import Floats
 
 if TYPE_CHECKING:

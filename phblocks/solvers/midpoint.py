@@ -22,7 +22,8 @@ class Midpoint:
     ``x_{n+1} = 2 z - x_n``, so that ``H_{n+1} - H_n = dt (y^T u - z^T R z)`` whatever the step. Orientations,
     ``theta_mid = theta_n + dt/2 theta'(z)``, are eliminated from the unknowns. One step costs one Newton
     iteration per evaluation and banded factorisation, 3 to 5 of them; one back-substitution if the system is
-    linear.
+    linear. States without energy (multipliers, the states of stateless parts) have no rate: what is reported for
+    them at the end of a step is their value over the step.
 
     Parameters
     ----------
@@ -115,7 +116,9 @@ class MidpointStepper:
         if z is None:
             return None
         turn = dt * stage.spin(z, u[0])
-        return Step(2.0 * z - x, theta + turn, z[None], (theta + 0.5 * turn)[None], u, dt, iterations)
+        end = 2.0 * z - x
+        end[stage.algebraic] = z[stage.algebraic]
+        return Step(end, theta + turn, z[None], (theta + 0.5 * turn)[None], u, dt, iterations)
 
     def _solve_linear(self, x: Floats, dt: float) -> tuple[Floats | None, int]:
         """One back-substitution with a factor that is kept as long as the step stays the same."""

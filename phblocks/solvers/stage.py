@@ -17,6 +17,7 @@ import scipy.sparse as sp
 
 from phblocks.solvers.ordering import narrow_order
 from phblocks.system import System
+from phblocks.system.scaling import state_scale
 from phblocks.triplets import Floats, Ints, Triplets
 
 
@@ -36,6 +37,8 @@ class StageEquation:
         Unknown i is state ``order[i]``.
     rows, columns : numpy.ndarray
         Places of the entries of the Jacobian.
+    algebraic : numpy.ndarray
+        The unknowns without energy: rows of zeros in E.
     constant : bool
         The Jacobian does not depend on the unknowns.
     """
@@ -44,8 +47,7 @@ class StageEquation:
         self.system = system
         self.n = system.n
         self.constant = system.linear
-        diagonal = system.E.diagonal()
-        scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        scale = state_scale(system)
         tensor = Triplets.from_coo(system.T)
         chain = sp.csr_array(system.angles.rows @ system.rates)  # d alpha / d (integral of z)
         pairs, pair_of = _pairs(system)
@@ -70,6 +72,7 @@ class StageEquation:
         sort = np.lexsort((new[columns], new[rows]))
         slot = np.empty_like(sort)
         slot[sort] = np.arange(sort.size)
+        self.algebraic = np.flatnonzero(np.diff(system.E.indptr)[self.order] == 0)
         self.rows, self.columns = new[rows][sort], new[columns][sort]
         self.scale = scale[self.order]
         weight = (scale[rows] * scale[columns])[sort]

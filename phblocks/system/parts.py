@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
 
 from phblocks.blocks.block import Form
 from phblocks.ports import Quantity
@@ -69,6 +72,8 @@ class Input:
         Name given in ``expose``.
     common : bool
         The outside imposes the common quantity (a velocity), not the summed one.
+    signal : callable, array_like or None
+        What is imposed if the simulation is given nothing else; of the whole exposure.
     """
 
     name: str
@@ -76,6 +81,7 @@ class Input:
     answered: Quantity
     exposure: str
     common: bool
+    signal: Callable[[float], ArrayLike] | ArrayLike | None = None
 
 
 @dataclass(frozen=True)

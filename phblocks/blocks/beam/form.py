@@ -18,7 +18,7 @@ from phblocks.blocks.beam.matrices import beam_matrices, strain_offsets, trace
 from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
-from phblocks.blocks.block import AngleRows, Form, History, MaterialPoints, PortForm
+from phblocks.blocks.block import AngleRows, Form, History, MaterialPoints, Piece, PortForm
 from phblocks.errors import UnknownNameError
 from phblocks.frames import QUARTER
 from phblocks.triplets import Floats, Ints, Triplets
@@ -404,7 +404,9 @@ def beam_form(
             directions = mesh.space.translation if kind == "translation" else mesh.space.rotation
             states = [trace(mesh, common if gives else summed, d, at_end) for d in directions]
             sign = 1.0 if gives or at_end else -1.0  # -N(0) and +N(L) are the forces on the beam
-            ports[f"{name}.{kind}"] = PortForm(gives, Triplets.of(np.arange(len(states)), states, values=sign))
+            ports[f"{name}.{kind}"] = PortForm(
+                gives, (Piece(Triplets.of(np.arange(len(states)), states, values=sign)),)
+            )
         angle = start_angle + (curvature * mesh.boundaries[-1] if at_end else 0.0)
         if end.spin:
             rows = Triplets.of([0], [trace(mesh, "W", 2, at_end) - first], values=[1.0])

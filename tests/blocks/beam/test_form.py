@@ -50,7 +50,7 @@ def port_forces(form: BeamForm, taken: dict[str, np.ndarray]) -> np.ndarray:
     total = np.zeros(form.size)
     for name, port in form.ports.items():
         value = np.atleast_1d(taken[name])
-        total += port.output.csr((value.size, form.size)).T @ value
+        total += port.pieces[0].output.csr((value.size, form.size)).T @ value
     return total
 
 
@@ -86,7 +86,8 @@ def test_a_rigid_motion_strains_nothing(causality, degree):
     rate = square(form, form.J0) @ x + port_forces(form, taken)
     np.testing.assert_allclose(rate[rows_of(form, "N1", "N2", "M3")], 0.0, atol=2e-13)
     given = {
-        name: port.output.csr((len(np.atleast_1d(taken[name])), form.size)) @ x for name, port in form.ports.items()
+        name: port.pieces[0].output.csr((len(np.atleast_1d(taken[name])), form.size)) @ x
+        for name, port in form.ports.items()
     }
     for name, port in form.ports.items():
         if port.gives:  # velocity of the end, in its frame
@@ -114,7 +115,7 @@ def test_a_loaded_beam_is_in_equilibrium(causality, degree):
     for name, port in form.ports.items():
         if not port.gives:  # force on the beam
             value = np.atleast_1d(on_beam[name])
-            np.testing.assert_allclose(port.output.csr((value.size, form.size)) @ x, value, atol=1e-13)
+            np.testing.assert_allclose(port.pieces[0].output.csr((value.size, form.size)) @ x, value, atol=1e-13)
 
 
 @every_causality
@@ -220,7 +221,7 @@ def test_a_rigid_start_moves_every_end_as_the_body(causality):
     assert not x[rows_of(form, "N1", "N2", "M3")].any()
     for anchor in (beam.start, beam.end):
         if form.ports[anchor.translation.name].gives:
-            material = form.ports[anchor.translation.name].output.csr((2, form.size)) @ x
+            material = form.ports[anchor.translation.name].pieces[0].output.csr((2, form.size)) @ x
             c, s = math.cos(anchor.angle), math.sin(anchor.angle)
             lever = anchor.position - about
             expected = v + spin * np.array([-lever[1], lever[0]])
