@@ -139,6 +139,14 @@ def test_figure_of_the_readme(four_bar):
     assert len(picture) < 80_000
 
 
+def test_command_of_the_readme():
+    """One line from nothing to tables and figures."""
+    lines = (FOLDER.parent / "README.md").read_text(encoding="utf-8").splitlines()
+    [command] = [line for line in lines if "examples/" in line and " && " in line]
+    assert command.startswith("python3 -m venv .venv && ")
+    assert command.endswith(" && .venv/bin/python examples/four_bar.py")
+
+
 # Pendulums
 
 
