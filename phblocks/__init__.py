@@ -7,6 +7,7 @@ compile it to a system, simulate it, read the solution.
 from phblocks import errors, plots
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.section import Section
+from phblocks.blocks.body import Mass, RigidBody
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
 from phblocks.errors import PhblocksError
@@ -22,10 +23,12 @@ __all__ = [
     "Beam",
     "CausalityReport",
     "Diagram",
+    "Mass",
     "Midpoint",
     "Newton",
     "PhblocksError",
     "Port",
+    "RigidBody",
     "Section",
     "Solution",
     "State",

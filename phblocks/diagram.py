@@ -151,6 +151,14 @@ class Diagram:
             If one of them is not an anchor.
         """
         self._require_together("weld", anchors)
+        for anchor in anchors:
+            if not anchor.turns:
+                raise PortTypeError(
+                    f"weld {anchor.path}",
+                    expected="an anchor with orientation",
+                    got="that of a point",
+                    fix="Use pin(), or a RigidBody instead of a point mass.",
+                )
         self._require_unused([port for anchor in anchors for port in anchor.ports])
         self._join("weld", [anchor.translation for anchor in anchors])
         self._join("weld", [anchor.rotation for anchor in anchors])

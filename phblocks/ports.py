@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from phblocks.blocks.block import Block
 
 
+#: A place on a block: a fraction of the length of a beam, coordinates in the frame of a rigid body.
+Place = float | tuple[float, ...]
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A physical quantity.
@@ -154,8 +158,11 @@ class Anchor:
         Initial place, shape (dimension,), m; ``None`` if it is wherever it is needed (the ground).
     angle : float
         Initial orientation of the material frame in the plane, rad.
-    place : float
-        Where on the block, in the coordinate by which its read-outs know places (a beam: fraction of length).
+    place : Place
+        Where on the block, in the coordinate by which its read-outs know places (a beam: fraction of length; a rigid
+        body: coordinates in its frame).
+    turns : bool
+        It has an orientation: a port of rotation beside that of translation.
 
     Attributes
     ----------
@@ -169,7 +176,8 @@ class Anchor:
     name: str
     position: Floats | None
     angle: float = 0.0
-    place: float = 0.0
+    place: Place = 0.0
+    turns: bool = True
     translation: Port = field(init=False)
     rotation: Port = field(init=False)
 
@@ -180,8 +188,8 @@ class Anchor:
 
     @property
     def ports(self) -> Sequence[Port]:
-        """Both ports: translation and rotation."""
-        return (self.translation, self.rotation)
+        """Both ports, translation and rotation, or that of translation alone."""
+        return (self.translation, self.rotation) if self.turns else (self.translation,)
 
     @property
     def path(self) -> str:

@@ -10,11 +10,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
-from phblocks.ports import Anchor, Exposure, Port, Ports
+from phblocks.ports import Anchor, Exposure, Place, Port, Ports
 from phblocks.space import Space
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -214,7 +215,47 @@ class Form:
     points: MaterialPoints | None = None
     start: Floats | None = None
 
-    def value(self, history: History, name: str, place: float) -> Floats:
+    #: The place that positions rebuilt from strain are counted from.
+    base: ClassVar[Place] = 0.0
+
+    def place(self, s: object) -> Place:
+        """Check what a user gives for a place on the block.
+
+        Parameters
+        ----------
+        s : object
+            The candidate.
+
+        Returns
+        -------
+        Place
+            The place.
+
+        Raises
+        ------
+        DataError
+            If it is not a place on the block.
+        """
+        raise DataError("place", expected="a block with places", got=repr(s), fix="Ask for its states by name.")
+
+    def velocity(self, history: History, place: Place) -> Floats:
+        """Read the velocity of a place, in the material frame there.
+
+        Parameters
+        ----------
+        history : History
+            Of this block.
+        place : Place
+            Where on the block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, dimension), m/s.
+        """
+        return np.stack([self.value(history, f"V{i}", place) for i in (1, 2)], axis=1)
+
+    def value(self, history: History, name: str, place: Place) -> Floats:
         """Read a component of a field at a place of the block.
 
         Parameters
@@ -223,7 +264,7 @@ class Form:
             Of this block.
         name : str
             Field and component, such as ``"N1"``.
-        place : float
+        place : Place
             Where on the block.
 
         Returns
@@ -238,14 +279,14 @@ class Form:
         """
         raise UnknownNameError("block", expected="a block with fields", got=name, fix="Read the states by name.")
 
-    def angle(self, history: History, place: float) -> Floats:
+    def angle(self, history: History, place: Place) -> Floats:
         """Read the orientation at a place of the block.
 
         Parameters
         ----------
         history : History
             Of this block.
-        place : float
+        place : Place
             Where on the block.
 
         Returns
@@ -260,14 +301,14 @@ class Form:
         """
         raise UnknownNameError("block", expected="a block with orientation", got="none", fix="Ask another block.")
 
-    def position(self, history: History, place: float) -> Floats:
+    def position(self, history: History, place: Place) -> Floats:
         """Read the position integrated from velocities.
 
         Parameters
         ----------
         history : History
             Of this block, with points.
-        place : float
+        place : Place
             Where on the block.
 
         Returns
@@ -282,14 +323,14 @@ class Form:
         """
         raise UnknownNameError("block", expected="a block with positions", got="none", fix="Ask another block.")
 
-    def chord(self, history: History, first: float, second: float) -> Floats:
+    def chord(self, history: History, first: Place, second: Place) -> Floats:
         """Rebuild the vector between two places from strain and orientation.
 
         Parameters
         ----------
         history : History
             Of this block.
-        first, second : float
+        first, second : Place
             Where on the block.
 
         Returns
@@ -324,7 +365,7 @@ class Form:
         return np.zeros(self.size)
 
     def mean_chord(self, history: History) -> Floats:
-        """Rebuild the vector from place 0 to the centre of mass from strain and orientation.
+        """Rebuild the vector from :attr:`base` to the centre of mass from strain and orientation.
 
         Parameters
         ----------
@@ -423,3 +464,19 @@ class Block(ABC):
     def __repr__(self) -> str:
         """Return kind and name."""
         return f"<{type(self).__name__} {self.name!r}>"
+
+
+@dataclass(frozen=True, eq=False)
+class BlockPoint:
+    """A point of a block, for reading results.
+
+    Parameters
+    ----------
+    block : Block
+        The block.
+    place : Place
+        Where on it.
+    """
+
+    block: Block
+    place: Place

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.beam.beam import BeamPoint
+from phblocks.blocks.block import BlockPoint
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor
 from phblocks.results.solution import Solution
@@ -25,7 +25,7 @@ SNAPSHOTS = 6
 #: Of paths; snapshots run from violet to green.
 PATH_COLOURS = ("tab:red", "tab:orange", "tab:pink", "tab:brown")
 
-Point = BeamPoint | Anchor
+Point = BlockPoint | Anchor
 
 
 def motion(
@@ -43,7 +43,7 @@ def motion(
         Of a run.
     times : array_like, optional
         When, shape (n,), s; the nearest saved times are drawn. Six, evenly over the run, by default.
-    path : BeamPoint, Anchor or sequence of them, optional
+    path : BlockPoint, Anchor or sequence of them, optional
         Points whose paths over the whole run are drawn, such as ``beam.at(0.5)`` or ``beam.end``.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure by default.
@@ -105,9 +105,9 @@ def motion(
 
 
 def _points(path: Point | Sequence[Point] | None) -> Sequence[Point]:
-    points = [] if path is None else [path] if isinstance(path, (BeamPoint, Anchor)) else path
+    points = [] if path is None else [path] if isinstance(path, (BlockPoint, Anchor)) else path
     for point in points if isinstance(points, Sequence) else [points]:
-        if not isinstance(point, (BeamPoint, Anchor)):
+        if not isinstance(point, (BlockPoint, Anchor)):
             raise ArgumentTypeError(
                 "plots.motion path",
                 expected="points such as beam.at(0.5) or beam.end",
@@ -118,7 +118,7 @@ def _points(path: Point | Sequence[Point] | None) -> Sequence[Point]:
 
 
 def _name(point: Point) -> str:
-    return point.path if isinstance(point, Anchor) else f"{point.block.name} at {point.s:g}"
+    return point.path if isinstance(point, Anchor) else f"{point.block.name} at {point.place}"
 
 
 def _nearest(t: Floats, times: ArrayLike | None) -> Ints:

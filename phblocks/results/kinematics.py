@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from phblocks.blocks.block import History
+from phblocks.ports import Place
 from phblocks.results.recording import Recording
 from phblocks.system import Part, System
 from phblocks.triplets import Floats
@@ -24,13 +25,13 @@ class Base:
 
     Parameters
     ----------
-    place : float
+    place : Place
         On the block.
     position : numpy.ndarray
         Shape (times, dimension), m.
     """
 
-    place: float
+    place: Place
     position: Floats
 
 
@@ -114,6 +115,6 @@ def bases(system: System, recording: Recording) -> Mapping[str, Base]:
                 continue
             mass = part.form.points.mass
             centre = np.einsum("tmd,m->td", history.points, mass) / mass.sum()
-            settle(part.name, Base(0.0, centre - part.form.mean_chord(history)))
+            settle(part.name, Base(part.form.base, centre - part.form.mean_chord(history)))
             follow()
     return found

@@ -9,10 +9,9 @@ from typing import Literal
 
 import numpy as np
 
-from phblocks.blocks.beam.beam import BeamPoint
-from phblocks.blocks.block import Block, History
+from phblocks.blocks.block import Block, BlockPoint, History
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
-from phblocks.ports import Anchor
+from phblocks.ports import Anchor, Place
 from phblocks.results.kinematics import Base, bases, history_of
 from phblocks.results.power import PowerLedger
 from phblocks.results.recording import Recording
@@ -22,7 +21,7 @@ from phblocks.triplets import Floats
 
 Source = Literal["velocity", "strain"]
 Frame = Literal["fixed", "material"]
-Target = Block | BeamPoint | Anchor | str
+Target = Block | BlockPoint | Anchor | str
 
 
 @dataclass(frozen=True)
@@ -110,15 +109,15 @@ class Solution:
         """Who gave energy to whom: by block and by connection, with the worst residuals."""
         return PowerLedger(self.system, self.recording)
 
-    def position(self, target: Target, s: float | None = None, source: Source | None = None) -> Floats:
+    def position(self, target: Target, s: Place | None = None, source: Source | None = None) -> Floats:
         """Return the path of a point.
 
         Parameters
         ----------
-        target : Block, BeamPoint, Anchor or str
+        target : Block, BlockPoint, Anchor or str
             A block or its name together with ``s``, or ``beam.at(s)``, or an anchor such as ``beam.end``.
-        s : float, optional
-            Place on the block; on a beam the fraction of the length.
+        s : Place, optional
+            Place on the block: on a beam the fraction of the length, on a rigid body coordinates in its frame.
         source : {"velocity", "strain"}, optional
             "velocity": integrated from velocity, exact for the energy of gravity, with an error of relative size
             ``(spin * dt)**2 / 24`` in rotation. "strain": rebuilt from strain and orientation. By default
@@ -155,14 +154,14 @@ class Solution:
             return base.position + part.form.chord(history, base.place, place)
         raise DataError("source", expected='"velocity" or "strain"', got=repr(source), fix="Choose one of them.")
 
-    def angle(self, target: Target, s: float | None = None) -> Floats:
+    def angle(self, target: Target, s: Place | None = None) -> Floats:
         """Return the orientation of a cross section.
 
         Parameters
         ----------
-        target : Block, BeamPoint, Anchor or str
+        target : Block, BlockPoint, Anchor or str
             A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
-        s : float, optional
+        s : Place, optional
             Place on the block.
 
         Returns
@@ -182,14 +181,14 @@ class Solution:
         self._require_angles(part)
         return part.form.angle(self._history(part), place)
 
-    def velocity(self, target: Target, s: float | None = None, frame: Frame = "fixed") -> Floats:
+    def velocity(self, target: Target, s: Place | None = None, frame: Frame = "fixed") -> Floats:
         """Return the velocity of a point.
 
         Parameters
         ----------
-        target : Block, BeamPoint, Anchor or str
+        target : Block, BlockPoint, Anchor or str
             A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
-        s : float, optional
+        s : Place, optional
             Place on the block.
         frame : {"fixed", "material"}, optional
             Where the components are taken.
@@ -199,16 +198,17 @@ class Solution:
         numpy.ndarray
             Shape (times, 2), m/s.
         """
-        return self._vector("V", target, s, frame)
+        part, place = self._target(target, s)
+        return self._turned(part.form.velocity(self._history(part), place), target, s, frame)
 
-    def force(self, target: Target, s: float | None = None, frame: Frame = "material") -> Floats:
+    def force(self, target: Target, s: Place | None = None, frame: Frame = "material") -> Floats:
         """Return the internal force of a beam: axial and shear force in the material frame.
 
         Parameters
         ----------
-        target : Block, BeamPoint, Anchor or str
+        target : Block, BlockPoint, Anchor or str
             A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
-        s : float, optional
+        s : Place, optional
             Place on the block.
         frame : {"material", "fixed"}, optional
             Where the components are taken.
@@ -218,16 +218,19 @@ class Solution:
         numpy.ndarray
             Shape (times, 2), N: what the part towards the end does to the part towards the start.
         """
-        return self._vector("N", target, s, frame)
+        part, place = self._target(target, s)
+        history = self._history(part)
+        material = np.stack([part.form.value(history, f"N{i}", place) for i in (1, 2)], axis=1)
+        return self._turned(material, target, s, frame)
 
-    def moment(self, target: Target, s: float | None = None) -> Floats:
+    def moment(self, target: Target, s: Place | None = None) -> Floats:
         """Return the internal bending moment of a beam.
 
         Parameters
         ----------
-        target : Block, BeamPoint, Anchor or str
+        target : Block, BlockPoint, Anchor or str
             A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
-        s : float, optional
+        s : Place, optional
             Place on the block.
 
         Returns
@@ -238,14 +241,14 @@ class Solution:
         part, place = self._target(target, s)
         return part.form.value(self._history(part), "M3", place)
 
-    def spin(self, target: Target, s: float | None = None) -> Floats:
+    def spin(self, target: Target, s: Place | None = None) -> Floats:
         """Return the angular velocity of a cross section.
 
         Parameters
         ----------
-        target : Block, BeamPoint, Anchor or str
+        target : Block, BlockPoint, Anchor or str
             A block or its name together with ``s``, or ``beam.at(s)``, or an anchor.
-        s : float, optional
+        s : Place, optional
             Place on the block.
 
         Returns
@@ -279,10 +282,8 @@ class Solution:
             gaps[site.name] = np.max(pairs, axis=0)
         return gaps
 
-    def _vector(self, field: str, target: Target, s: float | None, frame: Frame) -> Floats:
-        part, place = self._target(target, s)
-        history = self._history(part)
-        material = np.stack([part.form.value(history, f"{field}{i}", place) for i in (1, 2)], axis=1)
+    def _turned(self, material: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
+        """Components of a vector in the frame asked for."""
         if frame == "material":
             return material
         if frame != "fixed":
@@ -307,11 +308,11 @@ class Solution:
                 fix='Compile with outputs="all".',
             )
 
-    def _target(self, target: Target, s: float | None) -> tuple[Part, float]:
-        if isinstance(target, (BeamPoint, Anchor)):
+    def _target(self, target: Target, s: Place | None) -> tuple[Part, Place]:
+        if isinstance(target, (BlockPoint, Anchor)):
             if s is not None:
                 raise DataError("s", expected="none together with a point", got=repr(s), fix="Leave it out.")
-            return self.system.part(target.block.name), target.s if isinstance(target, BeamPoint) else target.place
+            return self.system.part(target.block.name), target.place
         if not isinstance(target, (Block, str)):
             raise ArgumentTypeError(
                 "target",
@@ -319,14 +320,7 @@ class Solution:
                 got=repr(target),
                 fix="Give one.",
             )
-        name = target if isinstance(target, str) else target.name
+        part = self.system.part(target if isinstance(target, str) else target.name)
         if s is None:
-            raise DataError(f"place on {name!r}", expected="s", got="none", fix="Give s, a fraction from 0 to 1.")
-        if isinstance(s, bool) or not isinstance(s, (int, float, np.number)) or not 0.0 <= float(s) <= 1.0:
-            raise DataError(
-                f"place on {name!r}",
-                expected="a fraction from 0 to 1",
-                got=repr(s),
-                fix="0 is the start, 1 the end.",
-            )
-        return self.system.part(name), float(s)
+            raise DataError(f"place on {part.name!r}", expected="s", got="none", fix="Give the place on the block.")
+        return part, part.form.place(s)

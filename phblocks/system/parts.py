@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from phblocks.blocks.block import Form
-from phblocks.ports import Quantity
+from phblocks.ports import Place, Quantity
 from phblocks.triplets import Floats, Ints, Triplets
 
 
@@ -92,7 +92,7 @@ class Site:
     ----------
     name : str
         The paths of the anchors.
-    places : tuple of (str, float)
+    places : tuple of (str, Place)
         Block and place on it, for each anchor that is not the ground's.
     start : numpy.ndarray
         Initial position, shape (dimension,), m.
@@ -103,7 +103,7 @@ class Site:
     """
 
     name: str
-    places: tuple[tuple[str, float], ...]
+    places: tuple[tuple[str, Place], ...]
     start: Floats
     known: bool
     inputs: tuple[int, ...] = ()

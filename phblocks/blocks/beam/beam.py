@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phblocks.blocks.beam.ends import END_NAMES, End, parse_causality
-from phblocks.blocks.beam.form import BeamForm, beam_form
+from phblocks.blocks.beam.form import BeamForm, beam_form, fraction
 from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
-from phblocks.blocks.beam.section import Section, require_positive, require_real
+from phblocks.blocks.beam.section import Section
 from phblocks.blocks.beam.tensors import Variant
-from phblocks.blocks.block import Block, PortChoice, Tie
+from phblocks.blocks.block import Block, BlockPoint, PortChoice, Tie
+from phblocks.blocks.checks import require_point, require_positive, require_real
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor
 from phblocks.space import PLANAR, Space
@@ -98,7 +99,7 @@ class Beam(Block):
             )
         self.section = section
         self.degree = int(degree)
-        self._start, self._end = (_point(f"Beam {name!r} {w}", p) for w, p in (("start", start), ("end", end)))
+        self._start, self._end = (require_point(f"Beam {name!r} {w}", p) for w, p in (("start", start), ("end", end)))
         chord = self._end - self._start
         require_positive(f"Beam {name!r} length (distance from start to end)", float(np.hypot(*chord)))
         self.curvature = _curvature(name, curvature, float(np.hypot(*chord)))
@@ -133,7 +134,7 @@ class Beam(Block):
         """The components of the beam."""
         return PLANAR
 
-    def at(self, s: float) -> BeamPoint:
+    def at(self, s: float) -> BlockPoint:
         """Name a point of the beam, for reading results.
 
         Parameters
@@ -143,7 +144,7 @@ class Beam(Block):
 
         Returns
         -------
-        BeamPoint
+        BlockPoint
             To be given to ``solution.position`` and the like.
 
         Raises
@@ -151,7 +152,7 @@ class Beam(Block):
         DataError
             If s is not in [0, 1].
         """
-        return BeamPoint(self, s)
+        return BlockPoint(self, fraction(s))
 
     def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
         """Say what the four ports are able to do.
@@ -244,46 +245,6 @@ class Beam(Block):
             )
         inner = self.boundaries[1:-1]
         return 1 + int(np.argmin(np.abs(inner - switch_at * self.length))) if inner.size else 0
-
-
-class BeamPoint:
-    """A point of a beam, for reading results.
-
-    Parameters
-    ----------
-    block : Beam
-        The beam.
-    s : float
-        Fraction of the length, from 0 to 1.
-
-    Raises
-    ------
-    DataError
-        If s is not in [0, 1].
-    """
-
-    def __init__(self, block: Beam, s: float) -> None:
-        if isinstance(s, bool) or not isinstance(s, (int, float, np.number)) or not 0.0 <= float(s) <= 1.0:
-            raise DataError(
-                f"point on beam {block.name!r}",
-                expected="a fraction of the length from 0 to 1",
-                got=repr(s),
-                fix="0 is the start, 1 the end.",
-            )
-        self.block = block
-        self.s = float(s)
-
-
-def _point(where: str, value: ArrayLike) -> Floats:
-    point = real_array(value)
-    if point is None:
-        raise ArgumentTypeError(where, expected="coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
-    if point.shape == (3,):
-        raise DataError(where, expected="two coordinates", got="three", fix="This version builds planar diagrams only.")
-    if point.shape != (2,) or not np.isfinite(point).all():
-        raise DataError(where, expected="two finite coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
-    point.setflags(write=False)
-    return point
 
 
 def _curvature(name: str, curvature: float | None, chord: float) -> float:

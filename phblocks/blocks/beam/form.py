@@ -19,8 +19,9 @@ from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
 from phblocks.blocks.block import AngleRows, Form, History, MaterialPoints, Piece, PortForm
-from phblocks.errors import UnknownNameError
+from phblocks.errors import DataError, UnknownNameError
 from phblocks.frames import QUARTER
+from phblocks.ports import Place
 from phblocks.triplets import Floats, Ints, Triplets
 
 PAIRS = (("translation", "V", "N"), ("rotation", "W", "M"))
@@ -50,7 +51,27 @@ class BeamForm(Form):
     start_angle: float = field(kw_only=True)
     origin: Floats = field(kw_only=True)
 
-    def value(self, history: History, name: str, place: float) -> Floats:
+    def place(self, s: object) -> Place:
+        """Check a fraction of the length.
+
+        Parameters
+        ----------
+        s : object
+            The candidate.
+
+        Returns
+        -------
+        Place
+            From 0 (start) to 1 (end).
+
+        Raises
+        ------
+        DataError
+            If it is not a number from 0 to 1.
+        """
+        return fraction(s)
+
+    def value(self, history: History, name: str, place: Place) -> Floats:
         """Read a component of a field; see :meth:`Form.value`.
 
         Parameters
@@ -59,7 +80,7 @@ class BeamForm(Form):
             Of this beam.
         name : str
             Such as "V1", "W3", "N2" or "M3".
-        place : float
+        place : Place
             Fraction of the length.
 
         Returns
@@ -78,14 +99,14 @@ class BeamForm(Form):
         rows = field_rows(self.mesh, name[0], int(name[1:]) - 1, *self._locate(place))
         return cast(Floats, (rows @ history.x.T)[0])
 
-    def angle(self, history: History, place: float) -> Floats:
+    def angle(self, history: History, place: Place) -> Floats:
         """Read the orientation; see :meth:`Form.angle`.
 
         Parameters
         ----------
         history : History
             Of this beam.
-        place : float
+        place : Place
             Fraction of the length.
 
         Returns
@@ -95,14 +116,14 @@ class BeamForm(Form):
         """
         return self._angles(history, *self._locate(place))[:, 0]
 
-    def position(self, history: History, place: float) -> Floats:
+    def position(self, history: History, place: Place) -> Floats:
         """Read the position integrated from velocity; see :meth:`Form.position`.
 
         Parameters
         ----------
         history : History
             Of this beam, with points.
-        place : float
+        place : Place
             Fraction of the length.
 
         Returns
@@ -127,14 +148,14 @@ class BeamForm(Form):
         to_mean = _weighted(self._tangents(history, same, nodes), weights * (1.0 - nodes))
         return np.asarray(mean + h * (to_here - to_mean))
 
-    def chord(self, history: History, first: float, second: float) -> Floats:
+    def chord(self, history: History, first: Place, second: Place) -> Floats:
         """Rebuild the vector between two places, the integral of Lambda (e1 + Gamma); see :meth:`Form.chord`.
 
         Parameters
         ----------
         history : History
             Of this beam.
-        first, second : float
+        first, second : Place
             Fractions of the length.
 
         Returns
@@ -143,14 +164,14 @@ class BeamForm(Form):
             From first to second, shape (times, 2), m.
         """
         mesh, (points, weights) = self.mesh, gauss(self.mesh.degree + 1)
-        low, high = sorted((first * mesh.boundaries[-1], second * mesh.boundaries[-1]))
+        low, high = sorted((fraction(first) * mesh.boundaries[-1], fraction(second) * mesh.boundaries[-1]))
         begin = np.clip(low, mesh.boundaries[:-1], mesh.boundaries[1:])
         width = np.clip(high, mesh.boundaries[:-1], mesh.boundaries[1:]) - begin
         elements = np.flatnonzero(width > 0.0)
         start = (begin - mesh.boundaries[:-1])[elements] / mesh.lengths[elements]
         xi = start[:, None] + (width / mesh.lengths)[elements, None] * points
         tangents = self._tangents(history, np.repeat(elements, points.size), xi.ravel())
-        sign = 1.0 if second >= first else -1.0
+        sign = 1.0 if fraction(second) >= fraction(first) else -1.0
         return sign * _weighted(tangents, (width[elements, None] * weights).ravel())
 
     def moving(self, velocity: Floats, spin: float, about: Floats) -> Floats:
@@ -200,8 +221,8 @@ class BeamForm(Form):
         fraction = (self.mesh.boundaries[elements] + xi * self.mesh.lengths[elements]) / self.mesh.boundaries[-1]
         return _weighted(self._tangents(history, elements, xi), weights * (1.0 - fraction))
 
-    def _locate(self, place: float) -> tuple[Ints, Floats]:
-        element, xi = self.mesh.locate(place * self.mesh.boundaries[-1])
+    def _locate(self, place: Place) -> tuple[Ints, Floats]:
+        element, xi = self.mesh.locate(fraction(place) * self.mesh.boundaries[-1])
         return np.array([element]), np.array([xi])
 
     def _tangents(self, history: History, elements: Ints, xi: Floats) -> Floats:
@@ -235,6 +256,34 @@ class BeamForm(Form):
         mass = sp.csc_array(psi.T @ (psi * weights[:, None]))
         here = field_rows(self.mesh, "V", 0, elements, xi)[:, used].toarray()[0]
         return np.asarray(weights * (psi @ np.atleast_1d(spsolve(mass, here))))
+
+
+def fraction(s: object) -> float:
+    """Check a fraction of the length.
+
+    Parameters
+    ----------
+    s : object
+        The candidate.
+
+    Returns
+    -------
+    float
+        From 0 to 1.
+
+    Raises
+    ------
+    DataError
+        If it is not a number from 0 to 1.
+    """
+    if isinstance(s, bool) or not isinstance(s, (int, float, np.number)) or not 0.0 <= float(s) <= 1.0:
+        raise DataError(
+            "place on a beam",
+            expected="a fraction of the length from 0 to 1",
+            got=repr(s),
+            fix="0 is the start, 1 the end.",
+        )
+    return float(s)
 
 
 def _weighted(values: Floats, weights: Floats) -> Floats:

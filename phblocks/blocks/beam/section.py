@@ -7,66 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from phblocks.blocks.checks import require_positive, require_real
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.space import SPATIAL, Space
 from phblocks.triplets import Floats
 
 Pair = float | tuple[float, float]
-
-
-def require_real(where: str, value: object) -> float:
-    """Return a number if it is real.
-
-    Parameters
-    ----------
-    where : str
-        What the number is, for the message.
-    value : object
-        The candidate.
-
-    Returns
-    -------
-    float
-        The number; it may be NaN or infinite.
-
-    Raises
-    ------
-    ArgumentTypeError
-        If it is not a real number (a truth value is none).
-    """
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise ArgumentTypeError(
-            where, expected="a real number", got=type(value).__name__, fix="Give a number in SI units."
-        )
-    return float(value)
-
-
-def require_positive(where: str, value: object) -> float:
-    """Return a number if it is finite and positive.
-
-    Parameters
-    ----------
-    where : str
-        What the number is, for the message.
-    value : object
-        The candidate.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    ArgumentTypeError
-        If it is not a real number.
-    DataError
-        If it is not finite and positive.
-    """
-    number = require_real(where, value)
-    if not (math.isfinite(number) and number > 0.0):
-        raise DataError(where, expected="a finite number > 0", got=repr(value), fix="Give a value in SI units.")
-    return number
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,457 @@
+"""Rigid bodies and point masses. Linear momentum is kept in the fixed frame, where it is conserved to round-off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from phblocks.blocks.block import (
+    FIXED,
+    AngleRows,
+    Block,
+    BlockPoint,
+    Form,
+    History,
+    MaterialPoints,
+    Piece,
+    PortChoice,
+    PortForm,
+    StateRun,
+    Tie,
+)
+from phblocks.blocks.checks import require_point, require_positive, require_real
+from phblocks.errors import DataError, UnknownNameError
+from phblocks.frames import QUARTER
+from phblocks.ports import Anchor, Place
+from phblocks.space import PLANAR, Space
+from phblocks.triplets import Floats, Triplets
+
+VELOCITIES = tuple(StateRun(f"v{axis}", "m/s", "kinetic", np.zeros(1)) for axis in "xy")
+SPIN = StateRun("W3", "rad/s", "kinetic", np.zeros(1))
+#: The material frame of a planar body: its one rotation state.
+BODY_ROWS = Triplets.of([0], [0], values=1.0)
+
+
+@dataclass(frozen=True)
+class BodyForm(Form):
+    """A body in its own coordinates: velocity of the centre of mass in the fixed frame, and spin.
+
+    Parameters
+    ----------
+    start_angle : float
+        Initial orientation, rad.
+    centre : numpy.ndarray
+        Initial position of the centre of mass, shape (2,), m.
+    """
+
+    start_angle: float = field(kw_only=True)
+    centre: Floats = field(kw_only=True)
+    base: ClassVar[Place] = (0.0, 0.0)
+
+    def place(self, s: object) -> Place:
+        """Check coordinates in the frame of the body; see :meth:`Form.place`.
+
+        Parameters
+        ----------
+        s : object
+            The candidate.
+
+        Returns
+        -------
+        Place
+            Two coordinates, m, from the centre of mass.
+
+        Raises
+        ------
+        DataError
+            If it has not two finite coordinates.
+        ArgumentTypeError
+            If it is not made of numbers.
+        """
+        return tuple(require_point("place on a body", s).tolist())  # type: ignore[arg-type]  # checked there
+
+    def value(self, history: History, name: str, place: Place) -> Floats:
+        """Read a state; see :meth:`Form.value`.
+
+        Parameters
+        ----------
+        history : History
+            Of this body.
+        name : str
+            "vx", "vy" or "W3".
+        place : Place
+            Does not matter.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,).
+
+        Raises
+        ------
+        UnknownNameError
+            If the body has no such state.
+        """
+        names = [run.field for run in self.runs]
+        if name not in names:
+            raise UnknownNameError("body", expected=f"one of {', '.join(names)}", got=repr(name), fix="Correct it.")
+        return history.x[:, names.index(name)]
+
+    def velocity(self, history: History, place: Place) -> Floats:
+        """Read the velocity of a place in the frame of the body; see :meth:`Form.velocity`.
+
+        Parameters
+        ----------
+        history : History
+            Of this body.
+        place : Place
+            Coordinates in the frame of the body, m.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, 2), m/s.
+        """
+        angle = self.angle(history, place)[:, None]
+        v = history.x[:, :2]
+        material = np.cos(angle) * v + np.sin(angle) * (v @ QUARTER)
+        spin = history.x[:, 2:3] if history.x.shape[1] > 2 else 0.0
+        return np.asarray(material + spin * (QUARTER @ np.asarray(place)))
+
+    def angle(self, history: History, place: Place) -> Floats:
+        """Read the orientation; see :meth:`Form.angle`.
+
+        Parameters
+        ----------
+        history : History
+            Of this body.
+        place : Place
+            Does not matter.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,), rad.
+        """
+        return np.asarray(self.start_angle + history.theta.sum(axis=1))
+
+    def position(self, history: History, place: Place) -> Floats:
+        """Read the position: that of the centre of mass, integrated from velocity, and the lever to the place.
+
+        Parameters
+        ----------
+        history : History
+            Of this body, with points.
+        place : Place
+            Coordinates in the frame of the body, m.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, 2), m.
+
+        Raises
+        ------
+        UnknownNameError
+            If positions were not tracked.
+        """
+        if history.points is None:
+            raise UnknownNameError(
+                "position", expected="tracked positions", got="none", fix='Compile with outputs="all".'
+            )
+        return history.points[:, 0] + self.chord(history, self.base, place)
+
+    def chord(self, history: History, first: Place, second: Place) -> Floats:
+        """Return the vector between two places; see :meth:`Form.chord`.
+
+        Parameters
+        ----------
+        history : History
+            Of this body.
+        first, second : Place
+            Coordinates in the frame of the body, m.
+
+        Returns
+        -------
+        numpy.ndarray
+            From first to second, shape (times, 2), m.
+        """
+        lever = np.asarray(second) - np.asarray(first)
+        angle = self.angle(history, first)[:, None]
+        return np.asarray(np.cos(angle) * lever + np.sin(angle) * (QUARTER @ lever))
+
+    def mean_chord(self, history: History) -> Floats:
+        """Return the vector from the centre of mass to itself: zero.
+
+        Parameters
+        ----------
+        history : History
+            Of this body.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, 2), m.
+        """
+        return np.zeros((history.x.shape[0], 2))
+
+    def moving(self, velocity: Floats, spin: float, about: Floats) -> Floats:
+        """Return the states of a rigid motion; see :meth:`Form.moving`.
+
+        Parameters
+        ----------
+        velocity : numpy.ndarray
+            Of the point ``about``, shape (2,), m/s, in the fixed frame.
+        spin : float
+            Angular velocity, rad/s.
+        about : numpy.ndarray
+            A point, shape (2,), m.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (size,).
+        """
+        v = velocity + spin * (QUARTER @ (self.centre - about))
+        return np.array([*v, spin])[: self.size]
+
+
+class RigidBody(Block):
+    """A rigid body with any number of anchors, all of which give velocity and angular velocity.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the diagram.
+    mass : float
+        kg.
+    inertia : float
+        About the centre of mass, kg m^2.
+    centre : array_like
+        Initial position of the centre of mass, shape (2,), m.
+    anchors : mapping of str to array_like, optional
+        Places where others can be attached, by name; the centre of mass is always there as ``"centre"``.
+    coordinates : {"world", "body"}, optional
+        What the coordinates of the anchors are: initial positions in the fixed frame, or coordinates in the frame of
+        the body, from its centre of mass.
+    angle : float, optional
+        Initial orientation of the frame of the body, rad.
+
+    Raises
+    ------
+    DataError
+        If a number is out of its range or a name is taken.
+    ArgumentTypeError
+        If an argument is of the wrong kind.
+
+    Notes
+    -----
+    States are the velocity of the centre of mass in the fixed frame and the spin; ``v_anchor = v + W x Lambda d``.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        mass: float,
+        inertia: float,
+        centre: ArrayLike,
+        anchors: Mapping[str, ArrayLike] | None = None,
+        coordinates: Literal["world", "body"] = "world",
+        angle: float = 0.0,
+    ) -> None:
+        super().__init__(name)
+        where = f"RigidBody {name!r}"
+        self.mass = require_positive(f"{where} mass", mass)
+        self.inertia = require_positive(f"{where} inertia", inertia)
+        self.start = require_point(f"{where} centre", centre)
+        self.angle = require_real(f"{where} angle", angle)
+        if not np.isfinite(self.angle):
+            raise DataError(f"{where} angle", expected="a finite angle, rad", got=repr(angle), fix="Correct it.")
+        if coordinates not in ("world", "body"):
+            raise DataError(f"{where} coordinates", expected='"world" or "body"', got=repr(coordinates), fix="Choose.")
+        turn = np.cos(self.angle) * np.eye(2) + np.sin(self.angle) * QUARTER
+        levers = {"centre": np.zeros(2)}
+        for key, place in (anchors or {}).items():
+            if key in levers:
+                raise DataError(f"{where} anchors", expected="a name not in use", got=repr(key), fix="Rename it.")
+            point = require_point(f"{where} anchor {key!r}", place)
+            levers[key] = point if coordinates == "body" else turn.T @ (point - self.start)
+        self._anchors = {
+            key: Anchor(self, key, self.start + turn @ d, self.angle, place=tuple(d.tolist()))
+            for key, d in levers.items()
+        }
+
+    @property
+    def anchors(self) -> Mapping[str, Anchor]:
+        """All anchors by name."""
+        return self._anchors
+
+    @property
+    def centre(self) -> Anchor:
+        """The anchor at the centre of mass."""
+        return self._anchors["centre"]
+
+    def __getitem__(self, name: str) -> Anchor:
+        """Return the anchor of that name: ``body["left"]``."""
+        try:
+            return self._anchors[name]
+        except KeyError:
+            raise UnknownNameError(
+                f"RigidBody {self.name!r}",
+                expected=f"one of the anchors {', '.join(self._anchors)}",
+                got=repr(name),
+                fix="Name it in anchors={...}.",
+            ) from None
+
+    @property
+    def space(self) -> Space:
+        """The components of the body."""
+        return PLANAR
+
+    def at(self, place: ArrayLike) -> BlockPoint:
+        """Name a point of the body, for reading results.
+
+        Parameters
+        ----------
+        place : array_like
+            Coordinates in the frame of the body, from its centre of mass, shape (2,), m.
+
+        Returns
+        -------
+        BlockPoint
+            To be given to ``solution.position`` and the like.
+        """
+        return BlockPoint(self, tuple(require_point(f"point on {self.name!r}", place).tolist()))
+
+    def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
+        """Say that all ports give velocity.
+
+        Returns
+        -------
+        choices : sequence of PortChoice
+            One for each port.
+        ties : sequence of Tie
+            None.
+        """
+        return [PortChoice(p, may_give=True, may_take=False) for p in self.ports.values()], []
+
+    def form(self, gives: Mapping[str, bool]) -> BodyForm:
+        """Reduce the body to its matrices.
+
+        Parameters
+        ----------
+        gives : mapping of str to bool
+            Always true.
+
+        Returns
+        -------
+        BodyForm
+            Three states.
+        """
+        ports = {}
+        for anchor in self._anchors.values():
+            x, y = anchor.place  # type: ignore[misc]  # made with two coordinates
+            lever = Piece(Triplets.of([0, 1], [2, 2], values=[-y, x]))
+            velocity = Piece(Triplets.of([0, 1], [0, 1], values=1.0), FIXED)
+            ports[anchor.translation.name] = PortForm(True, (velocity, lever) if x or y else (velocity,))
+            ports[anchor.rotation.name] = PortForm(True, (Piece(Triplets.of([0], [2], values=1.0)),))
+        frame = AngleRows(BODY_ROWS, np.array([self.angle]))
+        return BodyForm(
+            size=3,
+            runs=(*VELOCITIES, SPIN),
+            E=Triplets.of([0, 1, 2], [0, 1, 2], values=[self.mass, self.mass, self.inertia]),
+            J0=Triplets.empty(),
+            R=Triplets.empty(),
+            T=Triplets.empty(3),
+            ports=ports,
+            rotation_states=np.array([2]),
+            orientations={key: frame for key in self._anchors},
+            points=_centre_of_mass(self.mass, self.start),
+            start_angle=self.angle,
+            centre=self.start,
+        )
+
+
+class Mass(Block):
+    """A point mass; its anchor gives velocity and has no orientation.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the diagram.
+    mass : float
+        kg.
+    position : array_like
+        Initial position, shape (2,), m.
+
+    Raises
+    ------
+    DataError
+        If a number is out of its range.
+    ArgumentTypeError
+        If an argument is of the wrong kind.
+    """
+
+    def __init__(self, name: str, mass: float, position: ArrayLike) -> None:
+        super().__init__(name)
+        self.mass = require_positive(f"Mass {name!r} mass", mass)
+        self.start = require_point(f"Mass {name!r} position", position)
+        self.centre = Anchor(self, "centre", self.start, place=(0.0, 0.0), turns=False)
+
+    @property
+    def anchors(self) -> Mapping[str, Anchor]:
+        """The one anchor: centre."""
+        return {"centre": self.centre}
+
+    @property
+    def space(self) -> Space:
+        """The components of the mass."""
+        return PLANAR
+
+    def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
+        """Say that the mass gives velocity.
+
+        Returns
+        -------
+        choices : sequence of PortChoice
+            One.
+        ties : sequence of Tie
+            None.
+        """
+        return [PortChoice(self.centre.translation, may_give=True, may_take=False)], []
+
+    def form(self, gives: Mapping[str, bool]) -> BodyForm:
+        """Reduce the mass to its matrices.
+
+        Parameters
+        ----------
+        gives : mapping of str to bool
+            Always true.
+
+        Returns
+        -------
+        BodyForm
+            Two states.
+        """
+        velocity = Piece(Triplets.of([0, 1], [0, 1], values=1.0), FIXED)
+        return BodyForm(
+            size=2,
+            runs=VELOCITIES,
+            E=Triplets.of([0, 1], [0, 1], values=self.mass),
+            J0=Triplets.empty(),
+            R=Triplets.empty(),
+            T=Triplets.empty(3),
+            ports={self.centre.translation.name: PortForm(True, (velocity,))},
+            orientations={"centre": FIXED},
+            points=_centre_of_mass(self.mass, self.start),
+            start_angle=0.0,
+            centre=self.start,
+        )
+
+
+def _centre_of_mass(mass: float, start: Floats) -> MaterialPoints:
+    return MaterialPoints(np.array([mass]), Triplets.of([0, 1], [0, 1], values=1.0), FIXED, start[None])

@@ -1,0 +1,99 @@
+"""Checks of the numbers that users give to blocks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.triplets import Floats, real_array
+
+
+def require_real(where: str, value: object) -> float:
+    """Return a number if it is real.
+
+    Parameters
+    ----------
+    where : str
+        What the number is, for the message.
+    value : object
+        The candidate.
+
+    Returns
+    -------
+    float
+        The number; it may be NaN or infinite.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not a real number (a truth value is none).
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise ArgumentTypeError(
+            where, expected="a real number", got=type(value).__name__, fix="Give a number in SI units."
+        )
+    return float(value)
+
+
+def require_positive(where: str, value: object) -> float:
+    """Return a number if it is finite and positive.
+
+    Parameters
+    ----------
+    where : str
+        What the number is, for the message.
+    value : object
+        The candidate.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not a real number.
+    DataError
+        If it is not finite and positive.
+    """
+    number = require_real(where, value)
+    if not (math.isfinite(number) and number > 0.0):
+        raise DataError(where, expected="a finite number > 0", got=repr(value), fix="Give a value in SI units.")
+    return number
+
+
+def require_point(where: str, value: ArrayLike) -> Floats:
+    """Return a point in the plane.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : array_like
+        The candidate.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (2,), m, read-only.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not made of numbers.
+    DataError
+        If it has not two finite coordinates.
+    """
+    point = real_array(value)
+    if point is None:
+        raise ArgumentTypeError(where, expected="coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
+    if point.shape == (3,):
+        raise DataError(where, expected="two coordinates", got="three", fix="This version builds planar diagrams only.")
+    if point.shape != (2,) or not np.isfinite(point).all():
+        raise DataError(where, expected="two finite coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
+    point.setflags(write=False)
+    return point
