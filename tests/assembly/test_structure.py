@@ -1,0 +1,100 @@
+"""Matrices that violate the structure are refused, with the states concerned."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import phblocks as ph
+from phblocks.assembly.structure import check_structure
+from phblocks.errors import StructureError
+from phblocks.triplets import Triplets
+
+
+@pytest.fixture
+def system(scene) -> ph.System:
+    return scene.compile()
+
+
+def entry(system: ph.System, i: int, j: int, value: float) -> sp.csr_array:
+    return sp.csr_array(([value], ([i], [j])), shape=(system.n, system.n))
+
+
+def changed(system: ph.System, **matrices) -> ph.System:
+    return dataclasses.replace(system, **{k: sp.csr_array(v) for k, v in matrices.items()})
+
+
+def damping(system: ph.System, *, rank: int, sign: float = 1.0) -> sp.csr_array:
+    """Of low rank, dense enough to be no diagonal matrix, in the units of the states."""
+    rows = np.random.default_rng(0).standard_normal((rank, 4)) * np.sqrt(system.E.diagonal()[:4])
+    R = sp.lil_array((system.n, system.n))
+    R[:4, :4] = sign * rows.T @ rows
+    return sp.csr_array(R)
+
+
+def test_assembled_systems_pass(system):
+    check_structure(system)
+    check_structure(system.small_motions())
+
+
+def test_damping_may_be_singular(system):
+    check_structure(changed(system, R=damping(system, rank=2)))
+
+
+@pytest.mark.parametrize("name", ["E", "R"])
+def test_asymmetry(system, name):
+    size = float(system.E.max())
+    with pytest.raises(
+        StructureError, match=rf"{name} of system '{system.name}': expected a symmetric matrix"
+    ) as caught:
+        check_structure(changed(system, **{name: getattr(system, name) + entry(system, 3, 5, size)}))
+    assert system.state_names[3] in str(caught.value) and system.state_names[5] in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan])
+def test_a_state_without_inertia(system, value):
+    E = system.E.tolil()
+    E[4, :] = E[:, 4] = 0.0
+    E[4, 4] = value
+    expected = (
+        "symmetric"
+        if np.isnan(value)
+        else rf"positive diagonal entries.* at {system.state_names[4]}".replace("[", r"\[")
+    )
+    with pytest.raises(StructureError, match=expected):
+        check_structure(changed(system, E=E))
+
+
+def test_an_indefinite_mass(system):
+    E = system.E.tolil()
+    E[0, 1] = E[1, 0] = 2.0 * np.sqrt(E[0, 0] * E[1, 1])  # the diagonal alone would pass
+    with pytest.raises(StructureError, match=r"E of system .*positive definite"):
+        check_structure(changed(system, E=E))
+
+
+def test_a_damping_that_drives(system):
+    with pytest.raises(StructureError, match=r"R of system .*positive semidefinite"):
+        check_structure(changed(system, R=damping(system, rank=2, sign=-1.0)))
+
+
+def test_interconnections_that_are_not_skew(system):
+    size = float(abs(system.J0).max())
+    with pytest.raises(StructureError, match=r"J of system .*expected a skew matrix"):
+        check_structure(changed(system, J0=system.J0 + entry(system, 0, 2, 1e-6 * size)))
+    with pytest.raises(StructureError, match="skew"):
+        check_structure(changed(system, J0=system.J0 + entry(system, 1, 1, size)))
+
+
+def test_products_that_are_not_skew(system):
+    T = system.T.copy()
+    T.data[0] *= 1.5
+    with pytest.raises(StructureError, match="skew"):
+        check_structure(dataclasses.replace(system, T=T))
+
+
+def test_joints_that_are_not_skew(scenes):
+    system = scenes["four-bar"].compile()
+    K = Triplets(system.K.indices, system.K.values * np.where(np.arange(system.K.values.size) == 0, 2.0, 1.0))
+    with pytest.raises(StructureError, match="skew"):
+        check_structure(dataclasses.replace(system, K=K))
