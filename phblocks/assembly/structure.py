@@ -8,12 +8,13 @@ import scipy.sparse as sp
 from phblocks.errors import StructureError
 from phblocks.system import System
 from phblocks.system.scaling import state_scale
+from phblocks.triplets import Ints
 
 TOLERANCE = 1e-12
 
 
 def check_structure(system: System) -> None:
-    """Verify that E and R are symmetric and positive semidefinite, and J skew.
+    """Verify that E and R are symmetric and positive (semi)definite, and J skew.
 
     J is checked at a pseudo-random state and configuration, which exercises all of J0, T and K.
 
@@ -34,8 +35,8 @@ def check_structure(system: System) -> None:
     # scaled by the square root of the energy, so that forces and velocities are of one size
     J = system.J(x * state_scale(system), theta)
     _require_small(system, "J", "skew", J + J.T, J)
-    _require_definite(system, "E", system.E)
-    _require_definite(system, "R", system.R)
+    _require_definite(system, "E", "definite", system.E, np.flatnonzero(system.carries_energy))
+    _require_definite(system, "R", "semidefinite", system.R, np.flatnonzero(abs(system.R).sum(axis=0)))
 
 
 def _require_small(system: System, name: str, what: str, defect: sp.csr_array, matrix: sp.csr_array) -> None:
@@ -52,18 +53,17 @@ def _require_small(system: System, name: str, what: str, defect: sp.csr_array, m
         )
 
 
-def _require_definite(system: System, name: str, matrix: sp.csr_array) -> None:
+def _require_definite(system: System, name: str, expected: str, matrix: sp.csr_array, used: Ints) -> None:
     """Banded Cholesky of the states that take part, scaled to unit diagonal and shifted by round-off."""
     from scipy.linalg import LinAlgError, cholesky_banded
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
     diagonal = matrix.diagonal()
-    used = np.flatnonzero(np.diff(matrix.indptr))
     bad = used[~(diagonal[used] > 0.0)]
     if bad.size:
         raise StructureError(
             f"{name} of system {system.name!r}",
-            expected="positive diagonal entries wherever a state takes part",
+            expected=f"a positive {expected} matrix, so positive diagonal entries",
             got=f"{diagonal[bad[0]]!r} at {system.state_names[bad[0]]}",
             fix="Check the inertias, compliances and dampings of the block this state belongs to.",
         )
@@ -84,7 +84,7 @@ def _require_definite(system: System, name: str, matrix: sp.csr_array) -> None:
     except LinAlgError:
         raise StructureError(
             f"{name} of system {system.name!r}",
-            expected="a positive semidefinite matrix",
+            expected=f"a positive {expected} matrix",
             got="one with a negative direction",
             fix="Check the inertias, compliances and dampings of the blocks.",
         ) from None

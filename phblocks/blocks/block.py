@@ -59,6 +59,10 @@ class Tie:
     what: str
 
 
+#: Kind of energy of a state that stores none: a multiplier, or a state of a part without memory.
+NO_ENERGY = "none"
+
+
 @dataclass(frozen=True)
 class StateRun:
     """Consecutive states of one component of one field.
@@ -70,7 +74,8 @@ class StateRun:
     unit : str
         SI unit.
     energy : str
-        Kind of energy stored, such as ``"kinetic"`` or ``"strain"``.
+        Kind of energy stored, such as ``"kinetic"`` or ``"strain"``; :data:`NO_ENERGY` for a state with a row of
+        zeros in E.
     positions : numpy.ndarray
         Place of each state along the block, shape (n,), m from its start.
     """

@@ -72,7 +72,7 @@ class StageEquation:
         sort = np.lexsort((new[columns], new[rows]))
         slot = np.empty_like(sort)
         slot[sort] = np.arange(sort.size)
-        self.algebraic = np.flatnonzero(np.diff(system.E.indptr)[self.order] == 0)
+        self.algebraic = np.flatnonzero(~system.carries_energy[self.order])
         self.rows, self.columns = new[rows][sort], new[columns][sort]
         self.scale = scale[self.order]
         weight = (scale[rows] * scale[columns])[sort]

@@ -29,7 +29,7 @@ def state_scale(system: System) -> Floats:
         Shape (n,), in the unit of each state.
     """
     diagonal = system.E.diagonal()
-    carries = diagonal > 0.0
+    carries = diagonal > 0.0  # also for matrices that are still to be verified
     scale = np.where(carries, 1.0 / np.sqrt(np.where(carries, diagonal, 1.0)), 1.0)
     if not carries.all():
         coupling = abs(system.J()) @ np.where(carries, scale, 0.0)

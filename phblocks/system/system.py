@@ -21,8 +21,9 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from phblocks.blocks.block import NO_ENERGY
 from phblocks.errors import UnknownNameError
 from phblocks.export import write
 from phblocks.modes import Modes, find_modes
@@ -175,6 +176,12 @@ class System:
         kinds = {kind: i for i, kind in enumerate(self.energy_kinds)}
         runs = [run for part in self.parts for run in part.form.runs]
         return np.repeat([kinds[r.energy] for r in runs], [r.positions.size for r in runs]).astype(np.int64)
+
+    @cached_property
+    def carries_energy(self) -> NDArray[np.bool_]:
+        """For each state whether it stores energy; multipliers and states of stateless parts do not."""
+        runs = [run for part in self.parts for run in part.form.runs]
+        return np.repeat([r.energy != NO_ENERGY for r in runs], [r.positions.size for r in runs]).astype(bool)
 
     @property
     def input_names(self) -> tuple[str, ...]:

@@ -21,9 +21,8 @@ def dense_output(system: ph.System, path: str) -> np.ndarray:
     part = system.part(block)
     components = 2 if name.endswith("translation") else 1
     rows = np.zeros((components, system.n))
-    output = part.form.ports[name].output
-    if output.values.size:
-        rows[:, part.states] = output.csr((components, part.form.size)).toarray()
+    for piece in part.form.ports[name].pieces:
+        rows[:, part.states] = piece.output.csr((components, part.form.size)).toarray()
     return rows
 
 

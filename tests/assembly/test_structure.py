@@ -60,7 +60,7 @@ def test_a_state_without_inertia(system, value):
     expected = (
         "symmetric"
         if np.isnan(value)
-        else rf"positive diagonal entries.* at {system.state_names[4]}".replace("[", r"\[")
+        else rf"positive definite matrix, so positive diagonal entries.* at {system.state_names[4]}".replace("[", r"\[")
     )
     with pytest.raises(StructureError, match=expected):
         check_structure(changed(system, E=E))

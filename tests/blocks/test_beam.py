@@ -106,7 +106,7 @@ def test_auto_leaves_every_choice_and_prefers_equal_ends():
 
 def test_points():
     beam = make()
-    assert (beam.at(0.25).block, beam.at(1).s, beam.at(np.float64(0.5)).s) == (beam, 1.0, 0.5)
+    assert (beam.at(0.25).block, beam.at(1).place, beam.at(np.float64(0.5)).place) == (beam, 1.0, 0.5)
     for s in (-1e-9, 1.1, math.nan, "0.5", None, True):
         with pytest.raises(DataError, match=r"point on beam 'b'.*from 0 to 1"):
             beam.at(s)

@@ -152,7 +152,7 @@ class Beam(Block):
         DataError
             If s is not in [0, 1].
         """
-        return BlockPoint(self, fraction(s))
+        return BlockPoint(self, fraction(s, f"point on beam {self.name!r}"))
 
     def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
         """Say what the four ports are able to do.

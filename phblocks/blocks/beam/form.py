@@ -258,13 +258,15 @@ class BeamForm(Form):
         return np.asarray(weights * (psi @ np.atleast_1d(spsolve(mass, here))))
 
 
-def fraction(s: object) -> float:
+def fraction(s: object, where: str = "place on a beam") -> float:
     """Check a fraction of the length.
 
     Parameters
     ----------
     s : object
         The candidate.
+    where : str, optional
+        What it is, for the message.
 
     Returns
     -------
@@ -278,7 +280,7 @@ def fraction(s: object) -> float:
     """
     if isinstance(s, bool) or not isinstance(s, (int, float, np.number)) or not 0.0 <= float(s) <= 1.0:
         raise DataError(
-            "place on a beam",
+            where,
             expected="a fraction of the length from 0 to 1",
             got=repr(s),
             fix="0 is the start, 1 the end.",
