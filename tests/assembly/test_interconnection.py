@@ -16,13 +16,14 @@ def system(scene) -> ph.System:
 
 
 def dense_output(system: ph.System, path: str) -> np.ndarray:
-    """What a port gives, as rows over all states."""
+    """What a port gives, as rows over all states; here one piece at most, in the frame of the anchor."""
     block, _, name = path.partition(".")
     part = system.part(block)
     components = 2 if name.endswith("translation") else 1
     rows = np.zeros((components, system.n))
     for piece in part.form.ports[name].pieces:
-        rows[:, part.states] = piece.output.csr((components, part.form.size)).toarray()
+        assert piece.frame is None
+        rows[:, part.states] += piece.output.csr((components, part.form.size)).toarray()
     return rows
 
 

@@ -25,11 +25,11 @@ def changed(system: ph.System, **matrices) -> ph.System:
     return dataclasses.replace(system, **{k: sp.csr_array(v) for k, v in matrices.items()})
 
 
-def damping(system: ph.System, *, rank: int, sign: float = 1.0) -> sp.csr_array:
+def damping(system: ph.System, *, rank: int) -> sp.csr_array:
     """Of low rank, dense enough to be no diagonal matrix, in the units of the states."""
     rows = np.random.default_rng(0).standard_normal((rank, 4)) * np.sqrt(system.E.diagonal()[:4])
     R = sp.lil_array((system.n, system.n))
-    R[:4, :4] = sign * rows.T @ rows
+    R[:4, :4] = rows.T @ rows
     return sp.csr_array(R)
 
 
@@ -52,30 +52,40 @@ def test_asymmetry(system, name):
     assert system.state_names[3] in str(caught.value) and system.state_names[5] in str(caught.value)
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, np.nan])
-def test_a_state_without_inertia(system, value):
+@pytest.mark.parametrize("name", ["E", "R"])
+@pytest.mark.parametrize("value", [0.0, -1.0])
+def test_a_diagonal_that_is_not_positive_where_a_state_takes_part(system, name, value):
+    matrix = getattr(system, name).tolil()
+    matrix[4, 4], matrix[4, 5], matrix[5, 4] = value, 1e-9, 1e-9
+    with pytest.raises(StructureError, match=rf"{name} of system .*positive diagonal entries") as caught:
+        check_structure(changed(system, **{name: matrix}))
+    assert system.state_names[4] in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["E", "R", "J0"])
+def test_entries_that_are_not_finite(system, name):
+    with pytest.raises(StructureError, match=rf"{name[0]} of system"):
+        check_structure(changed(system, **{name: getattr(system, name) + entry(system, 2, 2, np.nan)}))
+
+
+def test_a_state_that_should_carry_energy_and_does_not(system):
     E = system.E.tolil()
     E[4, :] = E[:, 4] = 0.0
-    E[4, 4] = value
-    expected = (
-        "symmetric"
-        if np.isnan(value)
-        else rf"positive definite matrix, so positive diagonal entries.* at {system.state_names[4]}".replace("[", r"\[")
-    )
-    with pytest.raises(StructureError, match=expected):
-        check_structure(changed(system, E=E))
-
-
-def test_an_indefinite_mass(system):
-    E = system.E.tolil()
-    E[0, 1] = E[1, 0] = 2.0 * np.sqrt(E[0, 0] * E[1, 1])  # the diagonal alone would pass
     with pytest.raises(StructureError, match=r"E of system .*positive definite"):
         check_structure(changed(system, E=E))
 
 
+@pytest.mark.parametrize("name", ["E", "R"])
+def test_negative_directions(system, name):
+    matrix = (system.E + getattr(system, name)).tolil()
+    matrix[0, 1] = matrix[1, 0] = 2.0 * np.sqrt(matrix[0, 0] * matrix[1, 1])  # the diagonal alone would pass
+    with pytest.raises(StructureError, match=rf"{name} of system .*positive semidefinite.*negative direction"):
+        check_structure(changed(system, **{name: matrix}))
+
+
 def test_a_damping_that_drives(system):
-    with pytest.raises(StructureError, match=r"R of system .*positive semidefinite"):
-        check_structure(changed(system, R=damping(system, rank=2, sign=-1.0)))
+    with pytest.raises(StructureError, match=r"R of system .*positive diagonal entries"):
+        check_structure(changed(system, R=-damping(system, rank=2)))
 
 
 def test_interconnections_that_are_not_skew(system):
