@@ -73,7 +73,7 @@ class Solution:
         UnknownNameError
             If there is no such state.
         """
-        if name not in self._places:
+        if not isinstance(name, str) or name not in self._places:
             raise UnknownNameError(
                 "state", expected="one of system.state_names", got=repr(name), fix="For example crank.V1[0]."
             )

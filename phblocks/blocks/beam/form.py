@@ -1,8 +1,9 @@
 """A beam reduced to its matrices, and how its fields, angles and positions are read off its states.
 
-Where V (or W) is continuous, position (angle) is read in the same space. Where it is not, the mean over the
-element comes from the velocity states and the shape within the element from strain (curvature): a piecewise
-constant position would be half an element off at the ends.
+Where V (or W) is continuous, position (angle) is read in the same space; what that space cannot follow of an
+initial arc is carried along with the cross section. Where it is not, the mean over the element comes from the
+velocity states and the shape within the element from strain (curvature): a piecewise constant position would be half
+an element off at the ends.
 """
 
 from __future__ import annotations
@@ -140,13 +141,23 @@ class BeamForm(Form):
             )
         elements, xi = self._locate(place)
         if self.mesh.segments[self.mesh.segment_of(int(elements[0]))].variant.velocity:
-            return _weighted(history.points, self._projection(elements, xi))
+            weights = self._projection(elements, xi)
+            projected = _weighted(history.points, weights)
+            return projected if self.curvature == 0.0 else projected + self._off_arc(history, place, weights)
         e, (nodes, weights), h = int(elements[0]), gauss(self.mesh.degree + 1), self.mesh.lengths[int(elements[0])]
         same = np.full(nodes.size, e)
         mean = _weighted(history.points[:, e * nodes.size : (e + 1) * nodes.size], weights)
         to_here = xi[0] * _weighted(self._tangents(history, same, nodes * xi[0]), weights)
         to_mean = _weighted(self._tangents(history, same, nodes), weights * (1.0 - nodes))
         return np.asarray(mean + h * (to_here - to_mean))
+
+    def _off_arc(self, history: History, place: Place, weights: Floats) -> Floats:
+        """What the projection of the initial arc misses at a place, turned with the cross section there."""
+        assert self.points is not None
+        s = fraction(place) * self.mesh.boundaries[-1]
+        missed = self.origin + arc(self.curvature, self.start_angle, np.array([s]))[0] - weights @ self.points.start
+        turned = self.angle(history, place)[:, None] - (self.start_angle + self.curvature * s)
+        return np.asarray(np.cos(turned) * missed + np.sin(turned) * (QUARTER @ missed))
 
     def chord(self, history: History, first: Place, second: Place) -> Floats:
         """Rebuild the vector between two places, the integral of Lambda (e1 + Gamma); see :meth:`Form.chord`.

@@ -145,7 +145,7 @@ def test_at_the_start_every_read_out_is_the_geometry(causality, curvature, angle
         here = start + arc(curvature, beam.start_angle, np.array([s]))
         np.testing.assert_allclose(form.angle(history, place), beam.start_angle + curvature * s, rtol=1e-13)
         np.testing.assert_allclose(start + form.chord(history, 0.0, place), here, atol=1e-12)
-        np.testing.assert_allclose(form.position(history, place), here, atol=1e-13 if curvature == 0.0 else 5e-7)
+        np.testing.assert_allclose(form.position(history, place), here, atol=1e-12)
     np.testing.assert_allclose(form.chord(history, 0.0, 1.0)[0], np.array(end) - start, atol=1e-12)
     np.testing.assert_allclose(form.chord(history, 0.8, 0.1), -form.chord(history, 0.1, 0.8), atol=1e-14)
     assert form.chord(history, 0.4, 0.4).tolist() == [[0.0, 0.0]]
