@@ -223,13 +223,15 @@ class Form:
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0
 
-    def place(self, s: object) -> Place:
+    def place(self, s: object, where: str) -> Place:
         """Check what a user gives for a place on the block.
 
         Parameters
         ----------
         s : object
             The candidate.
+        where : str
+            What it is, for the message.
 
         Returns
         -------
@@ -241,7 +243,7 @@ class Form:
         DataError
             If it is not a place on the block.
         """
-        raise DataError("place", expected="a block with places", got=repr(s), fix="Ask for its states by name.")
+        raise DataError(where, expected="a block with places", got=repr(s), fix="Ask for its states by name.")
 
     def velocity(self, history: History, place: Place) -> Floats:
         """Read the velocity of a place, in the material frame there.

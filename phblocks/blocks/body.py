@@ -52,13 +52,15 @@ class BodyForm(Form):
     centre: Floats = field(kw_only=True)
     base: ClassVar[Place] = (0.0, 0.0)
 
-    def place(self, s: object) -> Place:
+    def place(self, s: object, where: str) -> Place:
         """Check coordinates in the frame of the body; see :meth:`Form.place`.
 
         Parameters
         ----------
         s : object
             The candidate.
+        where : str
+            What it is, for the message.
 
         Returns
         -------
@@ -72,7 +74,7 @@ class BodyForm(Form):
         ArgumentTypeError
             If it is not made of numbers.
         """
-        return tuple(require_point("place on a body", s).tolist())  # type: ignore[arg-type]  # checked there
+        return tuple(require_point(where, s).tolist())  # type: ignore[arg-type]  # checked there
 
     def value(self, history: History, name: str, place: Place) -> Floats:
         """Read a state; see :meth:`Form.value`.

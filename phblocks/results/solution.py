@@ -324,4 +324,4 @@ class Solution:
         part = self.system.part(target if isinstance(target, str) else target.name)
         if s is None:
             raise DataError(f"place on {part.name!r}", expected="s", got="none", fix="Give the place on the block.")
-        return part, part.form.place(s)
+        return part, part.form.place(s, f"place on {part.name!r}")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from phblocks.errors import ArgumentTypeError
 from phblocks.solvers.linear import LinearSolver, linear_solver
 from phblocks.solvers.newton import Newton
 from phblocks.solvers.stage import StageEquation
@@ -30,6 +31,11 @@ class Midpoint:
     newton : Newton, optional
         Tolerance and limit of the iteration.
 
+    Raises
+    ------
+    ArgumentTypeError
+        If the options are not those of Newton's method.
+
     Notes
     -----
     Brugnoli, Kinon, Sanfedino, Betsch, section 3.3; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical
@@ -37,6 +43,13 @@ class Midpoint:
     """
 
     newton: Newton = field(default_factory=Newton)
+
+    def __post_init__(self) -> None:
+        """Check the options."""
+        if not isinstance(self.newton, Newton):
+            raise ArgumentTypeError(
+                "Midpoint newton", expected="options of Newton's method", got=repr(self.newton), fix="Use ph.Newton()."
+            )
 
     #: Order of convergence on smooth solutions.
     order = 2

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phblocks.errors import DataError
+from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.solvers.linear import LinearSolver
 from phblocks.solvers.stage import StageEquation
 from phblocks.triplets import Floats
@@ -30,6 +30,8 @@ class Newton:
     ------
     DataError
         If a value is out of its range.
+    ArgumentTypeError
+        If a value is not a number of the right kind.
     """
 
     tolerance: float = 1e-15
@@ -37,14 +39,15 @@ class Newton:
 
     def __post_init__(self) -> None:
         """Check the values."""
-        if not 0.0 < self.tolerance < 1.0:
-            raise DataError(
-                "Newton tolerance", expected="a number in (0, 1)", got=repr(self.tolerance), fix="Use 1e-15."
-            )
-        if self.max_iterations < 1:
-            raise DataError(
-                "Newton max_iterations", expected="at least 1", got=repr(self.max_iterations), fix="Use 15."
-            )
+        tolerance, limit = self.tolerance, self.max_iterations
+        if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float, np.floating)):
+            raise ArgumentTypeError("Newton tolerance", expected="a number", got=repr(tolerance), fix="Use 1e-15.")
+        if not 0.0 < tolerance < 1.0:
+            raise DataError("Newton tolerance", expected="a number in (0, 1)", got=repr(tolerance), fix="Use 1e-15.")
+        if isinstance(limit, bool) or not isinstance(limit, (int, np.integer)):
+            raise ArgumentTypeError("Newton max_iterations", expected="an integer", got=repr(limit), fix="Use 15.")
+        if limit < 1:
+            raise DataError("Newton max_iterations", expected="at least 1", got=repr(limit), fix="Use 15.")
 
     def solve(
         self, stage: StageEquation, solver: LinearSolver, guess: Floats, size: float

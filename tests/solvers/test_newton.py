@@ -156,7 +156,6 @@ def test_one_iteration_is_never_enough(four_bar):
     assert solution.status.name == "step failed" and solution.statistics.halvings == 4 and solution.t.tolist() == [0.0]
 
 
-@pytest.mark.xfail(reason="numbers of the wrong kind escape as bare TypeErrors, or only in the time loop", strict=True)
 @pytest.mark.parametrize(
     "options",
     [
@@ -169,7 +168,6 @@ def test_options_that_are_no_numbers(options):
         Newton(**options)
 
 
-@pytest.mark.xfail(reason="noticed only in the first step, as an AttributeError", strict=True)
 @pytest.mark.parametrize("newton", [None, 1, "newton", Newton])
 def test_a_method_needs_newton_options(newton):
     with pytest.raises(ArgumentTypeError, match="Midpoint"):

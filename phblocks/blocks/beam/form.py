@@ -52,13 +52,15 @@ class BeamForm(Form):
     start_angle: float = field(kw_only=True)
     origin: Floats = field(kw_only=True)
 
-    def place(self, s: object) -> Place:
+    def place(self, s: object, where: str) -> Place:
         """Check a fraction of the length.
 
         Parameters
         ----------
         s : object
             The candidate.
+        where : str
+            What it is, for the message.
 
         Returns
         -------
@@ -70,7 +72,7 @@ class BeamForm(Form):
         DataError
             If it is not a number from 0 to 1.
         """
-        return fraction(s)
+        return fraction(s, where)
 
     def value(self, history: History, name: str, place: Place) -> Floats:
         """Read a component of a field; see :meth:`Form.value`.
