@@ -8,6 +8,7 @@ from phblocks import errors, plots
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.body import Mass, RigidBody
+from phblocks.blocks.spring import Damper, Spring
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
 from phblocks.errors import PhblocksError
@@ -22,6 +23,7 @@ __all__ = [
     "Anchor",
     "Beam",
     "CausalityReport",
+    "Damper",
     "Diagram",
     "Mass",
     "Midpoint",
@@ -31,6 +33,7 @@ __all__ = [
     "RigidBody",
     "Section",
     "Solution",
+    "Spring",
     "State",
     "System",
     "errors",

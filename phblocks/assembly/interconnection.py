@@ -21,7 +21,7 @@ from phblocks.errors import DataError
 from phblocks.frames import NO_TURN, QUARTER, Turn
 from phblocks.network import Junction, Network
 from phblocks.ports import Exposure, Port
-from phblocks.system import Angles, Connections, Part, State, System
+from phblocks.system import Angles, Connections, Lines, Part, State, System
 from phblocks.triplets import Floats, Ints, Triplets
 
 Outputs = Literal["all"] | None
@@ -29,13 +29,18 @@ Outputs = Literal["all"] | None
 
 @dataclass
 class _Entries:
-    """Entries of the interconnection as they are collected; feature 2m is cos alpha_m, 2m + 1 is sin alpha_m."""
+    """Entries (row, column, feature) as they are collected.
+
+    Preliminary numbers of features: 0 is the constant, 1 + 2m is cos alpha_m, 2 + 2m is sin alpha_m, and negative
+    ones are directions.
+    """
 
     turns: list[Turn] = field(default_factory=list)
-    J0: list[Triplets] = field(default_factory=list)
+    directions: list[tuple[int, Turn]] = field(default_factory=list)
     K: list[Triplets] = field(default_factory=list)
-    G0: list[Triplets] = field(default_factory=list)
     K_u: list[Triplets] = field(default_factory=list)
+    kinematics: list[Triplets] = field(default_factory=list)
+    kinematics_u: list[Triplets] = field(default_factory=list)
     names: list[tuple[str, str]] = field(default_factory=list)
     blocks: list[tuple[int, int]] = field(default_factory=list)
     flows: list[list[Triplets]] = field(default_factory=list)
@@ -82,13 +87,15 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         angle_rows.append(points.angle.rows.shifted(n_joints, 0))
         references.append(points.angle.reference)
     rows = Triplets.join(angle_rows)
-    keep = (
-        np.ones(layout.n_theta, dtype=bool) if outputs == "all" else np.isin(np.arange(layout.n_theta), rows.indices[1])
-    )
+    seen = np.concatenate([rows.indices[1], _turn_rows([turn for _, turn in joints.directions]).indices[1]])
+    keep = np.ones(layout.n_theta, dtype=bool) if outputs == "all" else np.isin(np.arange(layout.n_theta), seen)
     place = np.where(keep, np.cumsum(keep) - 1, -1)
     n, m, n_theta = layout.n, len(layout.inputs), int(keep.sum())
     forms = [(name, layout.forms[name], layout.first_state[name]) for name in layout.forms]
     driven_rows, driven_inputs = layout.driven_rows()
+    fixed, turning = _constant(_features(Triplets.join(joints.K, order=3), n_angles, len(joints.directions)))
+    fixed_u, turning_u = _constant(_features(Triplets.join(joints.K_u, order=3), n_angles, len(joints.directions)))
+    kinematics_u = _constant(_features(Triplets.join(joints.kinematics_u, order=3), n_angles, 0))[0]
     system = System(
         name=network.name,
         dimension=network.space.dimension,
@@ -105,13 +112,13 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         ),
         inputs=tuple(layout.inputs),
         E=Triplets.join(f.E.shifted(i, i) for _, f, i in forms).csr((n, n)),
-        J0=Triplets.join([*(f.J0.shifted(i, i) for _, f, i in forms), *joints.J0]).csr((n, n)),
+        J0=Triplets.join([*(f.J0.shifted(i, i) for _, f, i in forms), fixed]).csr((n, n)),
         R=Triplets.join(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
         T=Triplets.join((f.T.shifted(i, i, i) for _, f, i in forms), order=3).coo((n, n, n)),
-        G0=Triplets.join(joints.G0).csr((n, m)),
+        G0=fixed_u.csr((n, m)),
         angles=Angles(_kept(rows, place).csr((n_angles, n_theta)), np.concatenate(references)),
-        K=_features(Triplets.join(joints.K, order=3), n_angles),
-        K_u=_features(Triplets.join(joints.K_u, order=3), n_angles),
+        K=turning,
+        K_u=turning_u,
         K_g=points.weight(gravity, n_joints, n_angles) if heavy else Triplets.empty(),
         rates=Triplets.of(
             place[layout.theta_rows[keep[layout.theta_rows]]],
@@ -119,6 +126,9 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
             values=1.0,
         ).csr((n_theta, n)),
         input_rates=_kept_rows(Triplets.of(driven_rows, driven_inputs, values=1.0), place).csr((n_theta, m)),
+        lines=_lines(layout, joints, place, n_theta),
+        kinematics=_features(Triplets.join(joints.kinematics, order=3), n_angles, 0),
+        kinematics_u=kinematics_u.csr((n, m)),
         connections=_connections(joints, n_angles),
         sites=layout.sites(),
         anchor_angles=layout.anchor_angles(place),
@@ -209,7 +219,7 @@ def _exchange(layout: Layout, giver: Port, taker: Port, to: _Entries) -> None:
         part
         for giving, out in layout.pieces(giver)
         for taking, into in layout.pieces(taker)
-        for part in _rotated(layout, giver, giving.minus(taking), into, out, to)
+        for part in _act(layout, giver, giving, taking, into, out, to)
     ]
     if not flows:
         return  # one side has nothing to give: the ground's velocity is zero
@@ -217,7 +227,11 @@ def _exchange(layout: Layout, giver: Port, taker: Port, to: _Entries) -> None:
     to.blocks.append((layout.block_number(giver.block.name), layout.block_number(taker.block.name)))
     to.flows.append(flows)
     for entries in flows:
-        (to.J0 if len(entries.indices) == 2 else to.K).append(entries.skew)
+        to.K.append(entries.skew)
+    end = layout.span_at(taker)
+    if end is not None:
+        for giving, out in layout.pieces(giver):
+            to.kinematics += _act(layout, giver, giving, NO_TURN, _span_rows(*end), out, to)
 
 
 def _open(layout: Layout, exposure: Exposure, port: Port, to: _Entries) -> None:
@@ -226,25 +240,46 @@ def _open(layout: Layout, exposure: Exposure, port: Port, to: _Entries) -> None:
     outside = Triplets.of(components, layout.first_input[exposure.name] + components, values=1.0)
     frame = layout.orientation(port) if exposure.follows else NO_TURN
     for taking, into in layout.pieces(port):
-        for entries in _rotated(layout, port, frame.minus(taking), into, outside, to):
-            (to.G0 if len(entries.indices) == 2 else to.K_u).append(entries)
+        to.K_u += _act(layout, port, frame, taking, into, outside, to)
+    end = layout.span_at(port)
+    if end is not None and exposure.gives:
+        to.kinematics_u += _act(layout, port, frame, NO_TURN, _span_rows(*end), outside, to)
 
 
-def _rotated(layout: Layout, port: Port, turn: Turn, into: Triplets, out: Triplets, to: _Entries) -> list[Triplets]:
-    """Entries of ``into^T Lambda(turn) out``: constant ones of order two, modulated ones of order three."""
-    space = layout.network.space
-    if not space.turns(port.domain.turns_with):
-        parts = [_sandwich(into, out, np.eye(len(port.domain.components(space))))]
-    elif turn.fixed:
-        parts = [_sandwich(into, out, turn.matrix())]
+def _span_rows(first: int, sign: float) -> Triplets:
+    return Triplets.of([0, 1], [first, first + 1], values=sign)
+
+
+def _act(
+    layout: Layout, port: Port, giving: Turn | int, taking: Turn | int, into: Triplets, out: Triplets, to: _Entries
+) -> list[Triplets]:
+    """Entries (row, column, feature) of ``into^T C out``, with C from the giving to the taking frame or line."""
+    assert isinstance(giving, Turn)  # what points along a line gives force, so it never is the giver of a junction
+    if isinstance(taking, int):
+        to.directions.append((taking, giving))
+        d = len(to.directions) - 1
+        row = np.zeros_like(into.indices[0])
+        parts = [
+            _with_feature(_sandwich(Triplets((row, into.indices[1]), into.values), out, unit), _direction(d, b))
+            for b, unit in enumerate((np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]])))
+        ]
+    elif not layout.network.space.turns(port.domain.turns_with):
+        parts = [_with_feature(_sandwich(into, out, np.eye(len(port.domain.components(layout.network.space)))), 0)]
+    elif (turn := giving.minus(taking)).fixed:
+        parts = [_with_feature(_sandwich(into, out, turn.matrix()), 0)]
     else:
         to.turns.append(turn)
-        feature = 2 * (len(to.turns) - 1)
+        m = len(to.turns) - 1
         parts = [
-            _with_feature(_sandwich(into, out, np.eye(2)), feature),
-            _with_feature(_sandwich(into, out, QUARTER), feature + 1),
+            _with_feature(_sandwich(into, out, np.eye(2)), 1 + 2 * m),
+            _with_feature(_sandwich(into, out, QUARTER), 2 + 2 * m),
         ]
     return [part for part in parts if part.values.size]
+
+
+def _direction(number: int, component: int) -> int:
+    """Preliminary number of the feature of a direction."""
+    return -1 - 2 * number - component
 
 
 def _sandwich(into: Triplets, out: Triplets, matrix: Floats) -> Triplets:
@@ -259,23 +294,57 @@ def _with_feature(entries: Triplets, feature: int) -> Triplets:
     return Triplets((*entries.indices, np.full(entries.values.size, feature)), entries.values)
 
 
-def _features(entries: Triplets, n_angles: int) -> Triplets:
-    """Renumber features: all cosines first, then all sines, after the constant."""
+def _features(entries: Triplets, n_angles: int, n_directions: int) -> Triplets:
+    """Number features finally: the constant, all cosines, all sines, first and second components of directions."""
     i, j, f = entries.indices
-    return Triplets((i, j, 1 + (f % 2) * n_angles + f // 2), entries.values)
+    turn, line = f - 1, -f - 1
+    number = np.where(
+        f > 0,
+        1 + (turn % 2) * n_angles + turn // 2,
+        np.where(f < 0, 1 + 2 * n_angles + (line % 2) * n_directions + line // 2, 0),
+    )
+    return Triplets((i, j, number), entries.values)
+
+
+def _constant(entries: Triplets) -> tuple[Triplets, Triplets]:
+    """Split entries into those of the constant feature, of order two, and the others."""
+    still = entries.indices[2] == 0
+    i, j, f = entries.indices
+    return (
+        Triplets((i[still], j[still]), entries.values[still]),
+        Triplets((i[~still], j[~still], f[~still]), entries.values[~still]),
+    )
 
 
 def _connections(joints: _Entries, n_angles: int) -> Connections:
-    entries, number = [], []
-    for c, parts in enumerate(joints.flows):
-        for part in parts:
-            entries.append(_with_feature(part, 0) if len(part.indices) == 2 else _features(part, n_angles))
-            number.append(np.full(part.values.size, c))
+    parts = [part for flow in joints.flows for part in flow]
+    sizes = [sum(part.values.size for part in flow) for flow in joints.flows]
     return Connections(
         tuple(joints.names),
         np.array(joints.blocks, dtype=np.int64).reshape(-1, 2),
-        np.concatenate(number) if number else np.empty(0, dtype=np.int64),
-        Triplets.join(entries, order=3),
+        np.repeat(np.arange(len(sizes)), sizes),
+        _features(Triplets.join(parts, order=3), n_angles, len(joints.directions)),
+    )
+
+
+def _lines(layout: Layout, joints: _Entries, place: Ints, n_theta: int) -> Lines:
+    """All lines, and the frames in which their directions are seen."""
+    numbered = [(layout.first_state[name], line) for name, form in layout.forms.items() for line in form.lines]
+    stretches = [
+        Triplets.of([m], [first + line.stretch[0]], values=line.stretch[1])
+        for m, (first, line) in enumerate(numbered)
+        if line.stretch is not None
+    ]
+    turns = [turn for _, turn in joints.directions]
+    return Lines(
+        spans=np.array([(f + line.span, f + line.span + 1) for f, line in numbered], dtype=np.int64).reshape(-1, 2),
+        free=np.array([line.free for _, line in numbered]),
+        stretch=Triplets.join(stretches).csr((len(numbered), layout.n)),
+        taut=np.array([line.stretch is not None for _, line in numbered], dtype=bool),
+        line=np.array([line for line, _ in joints.directions], dtype=np.int64),
+        frames=Angles(
+            _kept(_turn_rows(turns), place).csr((len(turns), n_theta)), np.array([t.reference for t in turns])
+        ),
     )
 
 

@@ -27,8 +27,8 @@ class Layout:
         Blocks and junctions.
     forms : dict of str to Form
         Every block in its own coordinates.
-    first_state, first_theta : dict of str to int
-        Where the states and rotation states of each block begin.
+    first_state, first_theta, first_line : dict of str to int
+        Where the states, rotation states and lines of each block begin.
     n, n_theta : int
         Numbers of states and rotation states, those driven from outside included.
     theta_rows, theta_states : numpy.ndarray
@@ -47,6 +47,7 @@ class Layout:
     forms: dict[str, Form]
     first_state: dict[str, int]
     first_theta: dict[str, int]
+    first_line: dict[str, int]
     n: int
     n_theta: int
     theta_rows: Ints
@@ -91,8 +92,8 @@ class Layout:
             self._numbers.update({block: i for i, block in enumerate(self.forms)})
         return self._numbers[name]
 
-    def pieces(self, port: Port) -> list[tuple[Turn, Triplets]]:
-        """Return what a port gives, as rows over all states, each part with the orientation of its frame.
+    def pieces(self, port: Port) -> list[tuple[Turn | int, Triplets]]:
+        """Return what a port gives, as rows over all states, each part with where it points.
 
         Parameters
         ----------
@@ -101,17 +102,39 @@ class Layout:
 
         Returns
         -------
-        list of (Turn, Triplets)
-            The frame, and entries of shape (components, n).
+        list of (Turn or int, Triplets)
+            The orientation of its frame and entries of shape (components, n), or the number of the line it points
+            along and entries of shape (1, n).
         """
         name = port.block.name
-        return [
-            (
-                self.orientation(port) if piece.frame is None else self._turn(name, piece.frame),
-                piece.output.shifted(0, self.first_state[name]),
-            )
-            for piece in self.forms[name].ports[port.name].pieces
-        ]
+        result: list[tuple[Turn | int, Triplets]] = []
+        for piece in self.forms[name].ports[port.name].pieces:
+            output = piece.output.shifted(0, self.first_state[name])
+            if piece.line is not None:
+                result.append((self.first_line[name] + piece.line, output))
+            else:
+                turn = self.orientation(port) if piece.frame is None else self._turn(name, piece.frame)
+                result.append((turn, output))
+        return result
+
+    def span_at(self, port: Port) -> tuple[int, float] | None:
+        """Tell whether a port is an end of a line.
+
+        Parameters
+        ----------
+        port : Port
+            The port.
+
+        Returns
+        -------
+        (int, float) or None
+            First state of the span, and +1 at the end or -1 at the start.
+        """
+        name = port.block.name
+        for line in self.forms[name].lines:
+            if port.name in (line.start, line.end):
+                return self.first_state[name] + line.span, 1.0 if port.name == line.end else -1.0
+        return None
 
     def orientation(self, port: Port) -> Turn:
         """Return the orientation of the anchor of a port.
@@ -175,6 +198,8 @@ class Layout:
         for junction in self.network.junctions():
             anchors = [p.anchor for p in junction.ports if p.anchor is not None]
             imposed = [e for e in junction.exposures if e.gives]
+            # springs and the like follow what they join; the ground is where it is needed
+            anchors = [a for a in anchors if a.position is None or self.forms[a.block.name].points is not None]
             placed = [a for a in anchors if a.position is not None]
             if junction.domain != TRANSLATION or not placed or len(anchors) + len(imposed) < 2:
                 continue
@@ -250,6 +275,7 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
         forms=forms,
         first_state=first_state,
         first_theta=first_theta,
+        first_line=_firsts(forms, [len(form.lines) for form in forms.values()]),
         n=sum(form.size for form in forms.values()),
         n_theta=theta_states.size,
         theta_rows=np.arange(theta_states.size),

@@ -63,6 +63,10 @@ class Tie:
 NO_ENERGY = "none"
 
 
+#: Kind of energy of states that belong to the configuration: spans of lines, which move with velocities.
+CONFIGURATION = "configuration"
+
+
 @dataclass(frozen=True)
 class StateRun:
     """Consecutive states of one component of one field.
@@ -113,13 +117,40 @@ class Piece:
     Parameters
     ----------
     output : Triplets
-        Shape (components, states); what the port takes enters the state equations through the transpose.
+        Shape (components, states); what the port takes enters the state equations through the transpose. Along a
+        line, one row.
     frame : AngleRows or None
         Orientation of the frame, one row; ``None`` for the frame of the anchor, :data:`FIXED` for the fixed one.
+    line : int or None
+        The line of the block along which the output points, if it points along a line.
     """
 
     output: Triplets
     frame: AngleRows | None = None
+    line: int | None = None
+
+
+@dataclass(frozen=True)
+class LineForm:
+    """A line of action between two ports that take velocity.
+
+    Parameters
+    ----------
+    start, end : str
+        Names of the ports.
+    span : int
+        First of the two states that are the vector from start to end.
+    free : float
+        Length at zero force, m.
+    stretch : (int, float) or None
+        The state that adds to the length, and its factor; ``None`` if the length is that of the span.
+    """
+
+    start: str
+    end: str
+    span: int
+    free: float = 0.0
+    stretch: tuple[int, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -206,6 +237,8 @@ class Form:
         Where the block has mass.
     start : numpy.ndarray or None
         States at the start, shape (size,); ``None`` for zero (at rest, stress-free).
+    lines : sequence of LineForm
+        Lines of action that turn with what they join.
     """
 
     size: int
@@ -219,6 +252,7 @@ class Form:
     orientations: Mapping[str, AngleRows | None] = field(default_factory=dict)
     points: MaterialPoints | None = None
     start: Floats | None = None
+    lines: Sequence[LineForm] = ()
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0

@@ -300,7 +300,7 @@ class _Books:
 
     def rates(self, z: Floats, theta: Floats, u: Floats) -> dict[str, Floats]:
         """Powers at the stages: through connections (both sides), inputs and dampings."""
-        phi = self.system.angles.features(theta.T).T
+        phi = self.system.features(theta.T, z.T).T
         i, j, f = self._flow.indices
         value = self._flow.values * phi[:, f]
         # the taking side multiplies its own states last, the giving side its own

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from phblocks.blocks.block import NO_ENERGY, Block, BlockPoint, History
+from phblocks.blocks.block import CONFIGURATION, NO_ENERGY, Block, BlockPoint, History
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.ports import Anchor, Place
 from phblocks.results.kinematics import Base, bases, history_of
@@ -92,7 +92,8 @@ class Solution:
         """
         ledger = self.recording.ledger
         series = dict(zip(self.system.energy_kinds, np.moveaxis(ledger.stored.sum(axis=1), 1, 0), strict=True))
-        series.pop(NO_ENERGY, None)
+        for kind in (NO_ENERGY, CONFIGURATION):
+            series.pop(kind, None)
         series["gravity"] = ledger.potential.sum(axis=1)
         total = np.sum(list(series.values()), axis=0)
         series["supplied"] = ledger.supplied.sum(axis=1)

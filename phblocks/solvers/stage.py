@@ -12,13 +12,18 @@ the state are sparse matrix products over the whole system: no loop over element
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from phblocks.solvers.ordering import narrow_order
 from phblocks.system import System
 from phblocks.system.scaling import state_scale
 from phblocks.triplets import Floats, Ints, Triplets
+
+_ONE, _ZERO = np.ones(1), np.zeros(1)
 
 
 class StageEquation:
@@ -49,18 +54,24 @@ class StageEquation:
         self.constant = system.linear
         scale = state_scale(system)
         tensor = Triplets.from_coo(system.T)
-        chain = sp.csr_array(system.angles.rows @ system.rates)  # d alpha / d (integral of z)
-        pairs, pair_of = _pairs(system)
+        lines = system.lines
+        # angles of joints and of the frames of directions, one below the other
+        alpha_rows = sp.csr_array(sp.vstack([system.angles.rows, lines.frames.rows]))
+        chain = sp.csr_array(alpha_rows @ system.rates)  # d alpha / d (integral of z)
+        still = system.kinematics.indices[2] == 0
+        moving = Triplets.join([system.K, _taken(system.kinematics, ~still)], order=3)
+        still_rows = _taken(system.kinematics, still)
+        pairs, pair_of = _pairs(system, moving)
 
-        constants = [m.tocoo() for m in (system.E, system.J0, system.R)]
+        constants = [m.tocoo() for m in (system.rate_matrix, system.J0, system.R)]
         codes = [_code(m.coords[0], m.coords[1], self.n) for m in constants]
+        codes.append(_code(still_rows.indices[0], still_rows.indices[1], self.n))
         i, j, k = tensor.indices
-        codes += [_code(i, j, self.n), _code(i, k, self.n), _code(system.K.indices[0], system.K.indices[1], self.n)]
-        turning = np.flatnonzero(pairs[1] > 0)  # feature 0 is the constant
-        angle = (pairs[1][turning] - 1) % max(1, system.angles.reference.size)
-        place, column, value = _expand(chain, angle)
-        turned = turning[place], column, value
-        codes.append(_code(pairs[0][turned[0]], turned[1], self.n))
+        codes += [_code(i, j, self.n), _code(i, k, self.n), _code(moving.indices[0], moving.indices[1], self.n)]
+        # what the features of each pair depend on: (pair, state, factor) by angle, by span and by length
+        n_angles, first_direction = system.angles.reference.size, 1 + 2 * system.angles.reference.size
+        by = _Dependence(system, pairs[1], chain)
+        codes += [_code(pairs[0][pair], column, self.n) for pair, column, _ in by.parts]
         pattern, spots = np.unique(np.concatenate(codes), return_inverse=True)
         at = iter(np.split(spots, np.cumsum([c.size for c in codes])[:-1]))
 
@@ -72,7 +83,8 @@ class StageEquation:
         sort = np.lexsort((new[columns], new[rows]))
         slot = np.empty_like(sort)
         slot[sort] = np.arange(sort.size)
-        self.algebraic = np.flatnonzero(~system.carries_energy[self.order])
+        rated = np.diff(system.rate_matrix.indptr) > 0
+        self.algebraic = np.flatnonzero(~rated[self.order])
         self.rows, self.columns = new[rows][sort], new[columns][sort]
         self.scale = scale[self.order]
         weight = (scale[rows] * scale[columns])[sort]
@@ -81,40 +93,43 @@ class StageEquation:
         def entries(values: Floats, spot: Ints) -> Floats:
             return np.bincount(slot[spot], weights=values, minlength=size) * weight
 
-        self._mass = entries(system.E.tocoo().data, next(at))
-        self._rest = entries(system.J0.tocoo().data, next(at)) - entries(system.R.tocoo().data, next(at))
+        self._mass = entries(constants[0].data, next(at))
+        self._rest = entries(constants[1].data, next(at)) - entries(constants[2].data, next(at))
+        self._rest += entries(still_rows.values, next(at))
         self._mass_matrix = self._matrix(self._mass)
-        unscale = scale[k], scale[j]
         self._cubic = Triplets.join(
             [
-                Triplets.of(slot[next(at)], new[k], values=tensor.values * scale[i] * scale[j] * unscale[0]),
-                Triplets.of(slot[next(at)], new[j], values=tensor.values * scale[i] * scale[k] * unscale[1]),
+                Triplets.of(slot[next(at)], new[k], values=tensor.values * scale[i] * scale[j] * scale[k]),
+                Triplets.of(slot[next(at)], new[j], values=tensor.values * scale[i] * scale[k] * scale[j]),
             ]
         ).csr((size, self.n))
         # modulated part: force_i = sum over pairs (i, f) of kappa phi_f,  kappa = K z + K_g + K_u u
-        ki, kj, kf = system.K.indices
+        ki, kj, kf = moving.indices
         n_pairs = pairs[0].size
         self._feature = pairs[1]
-        modulation = [Triplets.of(slot[next(at)], kf, values=system.K.values * scale[ki] * scale[kj])]
-        spot, (pair, _, value) = next(at), turned
-        modulation.append(
-            Triplets.of(
-                slot[spot],
-                system.n_features + pair,
-                values=value * scale[pairs[0][pair]] * scale[turned[1]],
+        modulation = [Triplets.of(slot[next(at)], kf, values=moving.values * scale[ki] * scale[kj])]
+        for kind, (pair, column, factor) in enumerate(by.parts):
+            modulation.append(
+                Triplets.of(
+                    slot[next(at)],
+                    system.n_features + kind * n_pairs + pair,
+                    values=factor * scale[pairs[0][pair]] * scale[column],
+                )
             )
-        )
-        self._modulation = Triplets.join(modulation).csr((size, system.n_features + n_pairs))
-        row_scale = scale[pairs[0]]
-        self._kappa = Triplets.of(pair_of["K"], new[kj], values=system.K.values * scale[kj]).csr((n_pairs, self.n))
+        self._modulation = Triplets.join(modulation).csr((size, system.n_features + len(by.parts) * n_pairs))
+        self._kappa = Triplets.of(pair_of["K"], new[kj], values=moving.values * scale[kj]).csr((n_pairs, self.n))
         self._kappa_gravity = np.bincount(pair_of["K_g"], weights=system.K_g.values, minlength=n_pairs)
         self._kappa_input = Triplets.of(pair_of["K_u"], system.K_u.indices[1], values=system.K_u.values).csr(
             (n_pairs, system.n_inputs)
         )
-        self._collect = Triplets.of(new[pairs[0]], np.arange(n_pairs), values=row_scale).csr((self.n, n_pairs))
-        self._turn = sp.csr_array(chain[:, self.order] @ sp.diags_array(self.scale))
-        self._rates = sp.csr_array(system.rates[:, self.order] @ sp.diags_array(self.scale))
-        self._inputs = sp.csr_array(sp.diags_array(self.scale) @ system.G0[self.order])
+        self._collect = Triplets.of(new[pairs[0]], np.arange(n_pairs), values=scale[pairs[0]]).csr((self.n, n_pairs))
+        unscale = sp.diags_array(self.scale)
+        self._alpha_rows, self._turn = alpha_rows, sp.csr_array(chain[:, self.order] @ unscale)
+        self._alpha_reference = np.concatenate([system.angles.reference, lines.frames.reference])
+        self._n_angles, self._first_direction = n_angles, first_direction
+        self._rates = sp.csr_array(system.rates[:, self.order] @ unscale)
+        self._inputs = sp.csr_array(sp.diags_array(self.scale) @ (system.G0 + system.kinematics_u)[self.order])
+        self._line_data = _LineData.of(system, new, scale) if lines.count else None
         self._work = self._matrix(self._mass.copy())
 
     def _matrix(self, data: Floats) -> sp.csr_array:
@@ -204,7 +219,8 @@ class StageEquation:
         """
         self._tau = tau
         self._linear = mass_factor * self._mass - self._rest
-        self._alpha = self.system.angles.at(theta + tau * (self.system.input_rates @ u))
+        theta = theta + tau * (self.system.input_rates @ u)
+        self._alpha = self._alpha_reference + self._alpha_rows @ theta
         self._kappa_known = self._kappa_gravity + self._kappa_input @ u
         self._known = b + self._inputs @ u
         if self.constant:
@@ -231,14 +247,22 @@ class StageEquation:
             return np.asarray(work @ z - self._known), self._linear
         alpha = self._alpha + self._tau * (self._turn @ z)
         cos, sin = np.cos(alpha), np.sin(alpha)
-        one, zero = np.ones(1), np.zeros(1)
-        phi, slope = np.concatenate((one, cos, sin)), np.concatenate((zero, -sin, cos))
+        joints = slice(0, self._n_angles)
+        phi = [_ONE, cos[joints], sin[joints]]
+        slope = [_ZERO, -sin[joints], cos[joints]]
+        by_line: tuple[Floats, ...] = ()
+        if self._line_data is not None:
+            direction, turned, by_line = self._line_data.evaluate(z, cos[self._n_angles :], sin[self._n_angles :])
+            phi.append(direction)
+            slope.append(turned)
+        features, slopes = np.concatenate(phi), np.concatenate(slope)
         kappa = self._kappa @ z + self._kappa_known
         products = self._cubic @ z
         work.data = self._linear - 0.5 * products
-        residual = work @ z - self._collect @ (kappa * phi[self._feature]) - self._known
-        modulation = np.concatenate((phi, self._tau * kappa * slope[self._feature]))
-        return residual, self._linear - products - self._modulation @ modulation
+        residual = work @ z - self._collect @ (kappa * features[self._feature]) - self._known
+        parts = [features, self._tau * kappa * slopes[self._feature]]
+        parts += [kappa * derivative[self._feature] for derivative in by_line]
+        return residual, self._linear - products - self._modulation @ np.concatenate(parts)
 
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.
@@ -261,10 +285,14 @@ def _code(rows: Ints, columns: Ints, n: int) -> Ints:
     return np.asarray(rows, dtype=np.int64) * n + np.asarray(columns, dtype=np.int64)
 
 
-def _pairs(system: System) -> tuple[tuple[Ints, Ints], dict[str, Ints]]:
+def _taken(entries: Triplets, keep: NDArray[np.bool_]) -> Triplets:
+    return Triplets(tuple(i[keep] for i in entries.indices), entries.values[keep])
+
+
+def _pairs(system: System, moving: Triplets) -> tuple[tuple[Ints, Ints], dict[str, Ints]]:
     """All (state, feature) pairs through which the configuration acts, and where K, K_g and K_u stand in them."""
     parts = {
-        "K": (system.K.indices[0], system.K.indices[2]),
+        "K": (moving.indices[0], moving.indices[2]),
         "K_g": (system.K_g.indices[0], system.K_g.indices[1]),
         "K_u": (system.K_u.indices[0], system.K_u.indices[2]),
     }
@@ -272,6 +300,63 @@ def _pairs(system: System) -> tuple[tuple[Ints, Ints], dict[str, Ints]]:
     pairs, spots = np.unique(np.concatenate(codes), return_inverse=True)
     ends = np.cumsum([c.size for c in codes])[:-1]
     return (pairs // system.n_features, pairs % system.n_features), dict(zip(parts, np.split(spots, ends), strict=True))
+
+
+class _Dependence:
+    """The states that the feature of each pair depends on: lists of (pair, state, factor) by angle, span, length."""
+
+    def __init__(self, system: System, feature: Ints, chain: sp.csr_array) -> None:
+        n_angles, lines = system.angles.reference.size, system.lines
+        turning = np.flatnonzero(feature > 0)  # feature 0 is the constant
+        number = feature[turning] - 1
+        along = number - 2 * n_angles  # directions come last
+        angle = np.where(along < 0, number % max(1, n_angles), n_angles + along % max(1, lines.count))
+        place, column, value = _expand(chain, angle)
+        self.parts = [(turning[place], column, value)]
+        if not lines.count:
+            return
+        on_line = turning[along >= 0]
+        line = lines.line[along[along >= 0] % lines.count]
+        self.parts += [(on_line, lines.spans[line, a], np.ones(line.size)) for a in range(2)]
+        place, column, value = _expand(lines.stretch, line)
+        self.parts.append((on_line[place], column, value))
+
+
+@dataclass(frozen=True)
+class _LineData:
+    """Directions of lines and their derivatives, in scaled, reordered unknowns, one entry for each direction."""
+
+    span: sp.csr_array
+    free: Floats
+    stretch: sp.csr_array
+    taut: NDArray[np.bool_]
+    before: Floats
+
+    @classmethod
+    def of(cls, system: System, new: Ints, scale: Floats) -> _LineData:
+        lines = system.lines
+        d, states = np.arange(lines.count), lines.spans[lines.line]
+        rows = [Triplets.of(a * lines.count + d, new[states[:, a]], values=scale[states[:, a]]) for a in range(2)]
+        place, column, value = _expand(lines.stretch, lines.line)
+        return cls(
+            Triplets.join(rows).csr((2 * lines.count, system.n)),
+            lines.free[lines.line],
+            Triplets.of(place, new[column], values=value * scale[column]).csr((lines.count, system.n)),
+            lines.taut[lines.line],
+            np.zeros(1 + 2 * system.angles.reference.size),
+        )
+
+    def evaluate(self, z: Floats, cos: Floats, sin: Floats) -> tuple[Floats, Floats, tuple[Floats, ...]]:
+        """Features, their slopes in the angle, and over all features their derivatives by span and length."""
+        x, y = (self.span @ z).reshape(2, -1)
+        length = np.where(self.taut, self.free + self.stretch @ z, np.hypot(x, y))
+        first, second = (cos * x + sin * y) / length, (cos * y - sin * x) / length
+        direction, loose = np.concatenate((first, second)), ~self.taut
+        by_x = np.concatenate((cos - loose * first * x / length, -sin - loose * second * x / length))
+        by_y = np.concatenate((sin - loose * first * y / length, cos - loose * second * y / length))
+        twice = np.concatenate((length, length))
+        derivatives = tuple(np.concatenate((self.before, d / twice)) for d in (by_x, by_y, -direction))
+        return direction, np.concatenate((second, -first)), derivatives
 
 
 def _expand(matrix: sp.csr_array, rows: Ints) -> tuple[Ints, Ints, Floats]:

@@ -2,7 +2,8 @@
 
 from phblocks.system.angles import Angles
 from phblocks.system.linearization import Linearization
+from phblocks.system.lines import Lines
 from phblocks.system.parts import Connections, Input, Part, Site, State
 from phblocks.system.system import System
 
-__all__ = ["Angles", "Connections", "Input", "Linearization", "Part", "Site", "State", "System"]
+__all__ = ["Angles", "Connections", "Input", "Linearization", "Lines", "Part", "Site", "State", "System"]

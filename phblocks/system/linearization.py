@@ -63,20 +63,24 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     x, u = state.x, np.zeros(system.n_inputs) if u is None else u
     shape, tensor = (system.n, system.n), Triplets.from_coo(system.T)
     swapped = Triplets((tensor.indices[0], tensor.indices[2], tensor.indices[1]), tensor.values)
-    A = system.J(x, state.theta) - system.R + swapped.contracted(x).csr(shape)
+    phi = system.features(state.theta, x)
+    moving = system.kinematics.contracted(phi).csr(shape)
+    A = system.J(x, state.theta) - system.R + moving + swapped.contracted(x).csr(shape)
     # kappa[i, f]: what multiplies feature f in equation i; its slope times d alpha / d theta is the derivative
     kappa = _kappa(system, x, u)
-    turning = kappa @ system.angles.slopes(state.theta)
-    C_theta = _output_slopes(system, x) @ system.angles.slopes(state.theta)
-    G, none = system.G(state.theta), sp.csr_array((system.n_inputs, system.n_inputs))
+    by_theta, by_x = _slopes(system, state.theta, x)
+    turning, outputs = kappa @ by_theta, _output_slopes(system, x)
+    A, C_theta = A + kappa @ by_x, outputs @ by_theta
+    C = system.G(state.theta, x).T + outputs @ by_x
+    G, none = system.G(state.theta, x) + system.kinematics_u, sp.csr_array((system.n_inputs, system.n_inputs))
     if not turning.count_nonzero() and not C_theta.count_nonzero():
-        return Linearization(system.E, sp.csr_array(A), G, sp.csr_array(G.T), none, system.n)
+        return Linearization(system.rate_matrix, sp.csr_array(A), sp.csr_array(G), sp.csr_array(C), none, system.n)
     stay = sp.csr_array((system.start.theta.size, system.start.theta.size))
     return Linearization(
-        sp.csr_array(sp.block_diag([system.E, sp.eye_array(system.start.theta.size)])),
+        sp.csr_array(sp.block_diag([system.rate_matrix, sp.eye_array(system.start.theta.size)])),
         sp.csr_array(sp.block_array([[A, turning], [system.rates, stay]])),
         sp.csr_array(sp.vstack([G, system.input_rates])),
-        sp.csr_array(sp.hstack([G.T, C_theta])),
+        sp.csr_array(sp.hstack([C, C_theta])),
         none,
         system.n,
     )
@@ -95,7 +99,9 @@ def small_motions(system: System) -> System:
     System
         With constant matrices and the same names.
     """
-    phi = system.angles.features(system.start.theta)
+    phi = system.features(system.start.theta, system.start.x)
+    a, b, g = system.kinematics.indices
+    spans = Triplets((a, b, np.zeros_like(g)), system.kinematics.values * phi[g])
     i, f = system.K_g.indices
     weight = Triplets((i, np.zeros_like(f)), system.K_g.values * phi[f])
     a, b, g = system.connections.entries.indices
@@ -108,8 +114,12 @@ def small_motions(system: System) -> System:
         G0=system.G(),
         K=Triplets.empty(3),
         K_u=Triplets.empty(3),
+        kinematics=spans,
         K_g=weight,
         angles=Angles(sp.csr_array((0, system.start.theta.size)), np.empty(0)),
+        lines=replace(
+            system.lines, line=system.lines.line[:0], frames=Angles(system.lines.frames.rows[:0], np.empty(0))
+        ),
         connections=replace(system.connections, entries=flows),
         point_angles=Angles(sp.csr_array(system.point_angles.rows.shape), fixed),
     )
@@ -117,14 +127,49 @@ def small_motions(system: System) -> System:
 
 def _kappa(system: System, x: Floats, u: Floats) -> sp.csr_array:
     """K x + K_g + K_u u, shape (n, n_features)."""
-    i, j, f = system.K.indices
+    moving = Triplets.join([system.K, system.kinematics], order=3)
+    i, j, f = moving.indices
     k, m, g = system.K_u.indices
     parts = [
-        Triplets((i, f), system.K.values * x[j]),
+        Triplets((i, f), moving.values * x[j]),
         system.K_g,
         Triplets((k, g), system.K_u.values * u[m]),
     ]
     return Triplets.join(parts).csr((system.n, system.n_features))
+
+
+def _slopes(system: System, theta: Floats, x: Floats) -> tuple[sp.csr_array, sp.csr_array]:
+    """Derivatives of all features with respect to theta and to x."""
+    lines = system.lines
+    e = lines.directions(theta, x)
+    first, second = np.split(e, 2)
+    turned = sp.vstack([sp.diags_array(second) @ lines.frames.rows, -sp.diags_array(first) @ lines.frames.rows])
+    by_theta = sp.vstack([system.angles.slopes(theta), turned])
+    n_other = system.n_features - e.size
+    return sp.csr_array(by_theta), sp.csr_array(
+        sp.vstack([sp.csr_array((n_other, system.n)), _span_slopes(system, theta, x)])
+    )
+
+
+def _span_slopes(system: System, theta: Floats, x: Floats) -> sp.csr_array:
+    """Derivatives of the directions with respect to the states, shape (2 n_directions, n)."""
+    lines, count = system.lines, system.lines.count
+    length, e = lines.lengths(x)[lines.line], lines.directions(theta, x).reshape(2, count)
+    alpha, d = lines.frames.at(theta), np.arange(count)
+    lam = np.array([[np.cos(alpha), np.sin(alpha)], [-np.sin(alpha), np.cos(alpha)]])  # Lambda^T
+    unit = x[lines.spans[lines.line]].T / length
+    loose = ~lines.taut[lines.line]
+    parts = [
+        Triplets.of(b * count + d, lines.spans[lines.line, a], values=(lam[b, a] - loose * e[b] * unit[a]) / length)
+        for b in range(2)
+        for a in range(2)
+    ]
+    stretch = lines.stretch[lines.line].tocoo()
+    row, column = (np.asarray(c, dtype=np.int64) for c in stretch.coords)
+    parts += [
+        Triplets.of(b * count + row, column, values=-(stretch.data * (e[b] / length * ~loose)[row])) for b in range(2)
+    ]
+    return Triplets.join(parts).csr((2 * count, system.n))
 
 
 def _output_slopes(system: System, x: Floats) -> sp.csr_array:

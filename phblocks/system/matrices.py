@@ -40,7 +40,7 @@ def matrices_at(system: System, state: State | None = None, u: Floats | None = N
         J=system.J(at.x, at.theta),
         R=system.R,
         Q=system.Q,
-        G=system.G(at.theta),
+        G=system.G(at.theta, at.x),
         x0=at.x,
         f0=system.gravity_force(at.theta),
         state_names=system.state_names,

@@ -4,6 +4,9 @@
     theta' = rates z + input_rates u                              (orientations: time integrals of spins)
     y = G(theta)^T z,     H = 1/2 x^T E x  (+ potential energy of gravity)
 
+Spans of lines of action (springs, dampers) are states too, without energy: ``span' = kinematics phi x +
+kinematics_u u``; their rows are not part of E and J.
+
 The configuration enters through *features* only, ``phi(theta) = [1, cos alpha, sin alpha]`` with
 ``alpha = alpha0 + P theta``: relative angles at joints, angles of ports in the fixed frame and of material
 points.  Everything is linear in them:
@@ -23,12 +26,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from phblocks.blocks.block import NO_ENERGY
+from phblocks.blocks.block import CONFIGURATION, NO_ENERGY
 from phblocks.errors import UnknownNameError
 from phblocks.export import write
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
 from phblocks.system.linearization import Linearization, linearize, small_motions
+from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
 from phblocks.system.motion import rigid_motion
 from phblocks.system.parts import Connections, Input, Part, Site, State
@@ -67,6 +71,12 @@ class System:
         Shape (n, n_features): gravity.
     rates, input_rates : scipy.sparse.csr_array
         Shape (n_theta, n) and (n_theta, n_inputs): theta' = rates x + input_rates u.
+    lines : Lines
+        Lines of action; their directions are features too, after the cosines and sines.
+    kinematics : Triplets
+        Shape (n, n, n_features): rates of the spans of lines; rows of other states are empty.
+    kinematics_u : scipy.sparse.csr_array
+        Shape (n, n_inputs): the same from inputs.
     connections : Connections
         Who exchanges power with whom.
     sites : tuple of Site
@@ -101,6 +111,9 @@ class System:
     K_g: Triplets
     rates: sp.csr_array
     input_rates: sp.csr_array
+    lines: Lines
+    kinematics: Triplets
+    kinematics_u: sp.csr_array
     connections: Connections
     sites: tuple[Site, ...]
     anchor_angles: dict[str, tuple[Ints, Floats, float]]
@@ -123,12 +136,35 @@ class System:
     @property
     def n_features(self) -> int:
         """Number of features of the configuration."""
-        return 1 + 2 * self.angles.reference.size
+        return 1 + 2 * self.angles.reference.size + 2 * self.lines.count
+
+    def features(self, theta: Floats, x: Floats) -> Floats:
+        """Evaluate all features of a configuration.
+
+        Parameters
+        ----------
+        theta : numpy.ndarray
+            Rotation states, shape (n_theta,) or (n_theta, m).
+        x : numpy.ndarray
+            States, shape (n,) or (n, m): the spans of lines are among them.
+
+        Returns
+        -------
+        numpy.ndarray
+            phi, shape (n_features,) or (n_features, m).
+        """
+        return np.concatenate([self.angles.features(theta), self.lines.directions(theta, x)])
 
     @cached_property
     def Q(self) -> sp.csr_array:
         """The identity: states are co-energy variables."""
         return sp.csr_array(sp.eye_array(self.n))
+
+    @cached_property
+    def rate_matrix(self) -> sp.csr_array:
+        """What multiplies x' in the equations, shape (n, n): E, and one in the rows of spans."""
+        spans = self.lines.spans.ravel()
+        return sp.csr_array(self.E + Triplets.of(spans, spans, values=1.0).csr(self.J0.shape))
 
     @property
     def linear(self) -> bool:
@@ -179,9 +215,11 @@ class System:
 
     @cached_property
     def carries_energy(self) -> NDArray[np.bool_]:
-        """For each state whether it stores energy; multipliers and states of stateless parts do not."""
+        """For each state whether it stores energy; multipliers, states of stateless parts and spans do not."""
         runs = [run for part in self.parts for run in part.form.runs]
-        return np.repeat([r.energy != NO_ENERGY for r in runs], [r.positions.size for r in runs]).astype(bool)
+        return np.repeat(
+            [r.energy not in (NO_ENERGY, CONFIGURATION) for r in runs], [r.positions.size for r in runs]
+        ).astype(bool)
 
     @property
     def input_names(self) -> tuple[str, ...]:
@@ -235,19 +273,22 @@ class System:
             J(x, theta), shape (n, n), skew.
         """
         theta = self.start.theta if theta is None else theta
-        joints = self.K.contracted(self.angles.features(theta)).csr(self.J0.shape)
+        phi = self.features(theta, self.start.x if x is None else x)
+        joints = self.K.contracted(phi).csr(self.J0.shape)
         products = (
             sp.csr_array(self.J0.shape) if x is None else Triplets.from_coo(self.T).contracted(x).csr(self.J0.shape)
         )
         return sp.csr_array(self.J0 + products + joints)
 
-    def G(self, theta: Floats | None = None) -> sp.csr_array:
+    def G(self, theta: Floats | None = None, x: Floats | None = None) -> sp.csr_array:
         """Evaluate the input matrix.
 
         Parameters
         ----------
         theta : numpy.ndarray, optional
             Rotation states, shape (n_theta,); the initial configuration by default.
+        x : numpy.ndarray, optional
+            States, shape (n,), for the directions of lines; those of the start by default.
 
         Returns
         -------
@@ -255,7 +296,8 @@ class System:
             G(theta), shape (n, n_inputs); the outputs are ``G^T x``.
         """
         theta = self.start.theta if theta is None else theta
-        return sp.csr_array(self.G0 + self.K_u.contracted(self.angles.features(theta)).csr(self.G0.shape))
+        phi = self.features(theta, self.start.x if x is None else x)
+        return sp.csr_array(self.G0 + self.K_u.contracted(phi).csr(self.G0.shape))
 
     def gravity_force(self, theta: Floats | None = None) -> Floats:
         """Evaluate the generalised force of gravity.
@@ -271,10 +313,10 @@ class System:
             Shape (n,).
         """
         theta = self.start.theta if theta is None else theta
-        return np.asarray(self.K_g.csr((self.n, self.n_features)) @ self.angles.features(theta))
+        return np.asarray(self.K_g.csr((self.n, self.n_features)) @ self.features(theta, self.start.x))
 
     def force(self, x: Floats, theta: Floats | None = None, u: Floats | None = None) -> Floats:
-        """Evaluate the right-hand side of ``E x' = ...``.
+        """Evaluate the right-hand side of ``rate_matrix x' = ...``.
 
         Parameters
         ----------
@@ -290,8 +332,11 @@ class System:
         numpy.ndarray
             Shape (n,).
         """
-        result = (self.J(x, theta) - self.R) @ x + self.gravity_force(theta)
-        return np.asarray(result if u is None else result + self.G(theta) @ u)
+        u = np.zeros(self.n_inputs) if u is None else u
+        theta = self.start.theta if theta is None else theta
+        moving = self.kinematics.contracted(self.features(theta, x)).csr(self.J0.shape)
+        result = (self.J(x, theta) - self.R + moving) @ x + self.gravity_force(theta)
+        return np.asarray(result + (self.G(theta, x) + self.kinematics_u) @ u)
 
     def linearize(self, state: State | None = None, u: Floats | None = None) -> Linearization:
         """Linearise the equations of motion about a state.
