@@ -12,11 +12,10 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-import scipy.sparse as sp
 
 from phblocks.assembly.layout import Layout, lay_out
 from phblocks.assembly.structure import check_structure
-from phblocks.blocks.block import AngleRows, Form
+from phblocks.blocks.block import AngleRows
 from phblocks.causality import CausalityReport
 from phblocks.errors import DataError
 from phblocks.frames import NO_TURN, QUARTER, Turn
@@ -105,9 +104,9 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
             for name, form, first in forms
         ),
         inputs=tuple(layout.inputs),
-        E=_stacked(forms, "E"),
+        E=Triplets.join(f.E.shifted(i, i) for _, f, i in forms).csr((n, n)),
         J0=Triplets.join([*(f.J0.shifted(i, i) for _, f, i in forms), *joints.J0]).csr((n, n)),
-        R=_stacked(forms, "R"),
+        R=Triplets.join(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
         T=Triplets.join((f.T.shifted(i, i, i) for _, f, i in forms), order=3).coo((n, n, n)),
         G0=Triplets.join(joints.G0).csr((n, m)),
         angles=Angles(_kept(rows, place).csr((n_angles, n_theta)), np.concatenate(references)),
@@ -131,14 +130,6 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     )
     check_structure(system)
     return system
-
-
-def _stacked(forms: Sequence[tuple[str, Form, int]], name: Literal["E", "R"]) -> sp.csr_array:
-    """E or R of all blocks; a state with nothing but zeros (no compliance, no damping) has no entries at all."""
-    n = sum(form.size for _, form, _ in forms)
-    matrix = Triplets.join(getattr(form, name).shifted(first, first) for _, form, first in forms).csr((n, n))
-    matrix.eliminate_zeros()
-    return matrix
 
 
 def _start(layout: Layout) -> Floats:
