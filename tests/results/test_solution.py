@@ -225,6 +225,8 @@ def test_targets(solutions, scenes, read):
         ask("crank")
     with pytest.raises(DataError, match="none together with a point"):
         ask(crank.at(0.5), 0.5)
+    with pytest.raises(DataError, match="none together with a point"):
+        ask(crank.end, 0.5)
 
 
 def test_the_ground_has_nothing_to_read(solutions, scenes):
