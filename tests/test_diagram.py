@@ -253,6 +253,15 @@ def test_the_ground_serves_any_number_of_joints(pair):
     assert len(d.network.joined) == 3
 
 
+def test_a_point_has_no_orientation_to_weld(pair):
+    d, a, _ = pair
+    ball = d.add(ph.Mass("ball", 1.0, (1.0, 0.0)))
+    with pytest.raises(PortTypeError, match=r"weld ball\.centre: expected an anchor with orientation.*pin\(\)"):
+        d.weld(a.end, ball.centre)
+    assert not d.network.joined
+    d.pin(a.end, ball.centre)
+
+
 # expose
 
 

@@ -176,7 +176,7 @@ class Solution:
         UnknownNameError
             If the orientation was not kept.
         """
-        if isinstance(target, Anchor) and target.path in self.system.anchor_angles:
+        if isinstance(target, Anchor) and s is None and target.path in self.system.anchor_angles:
             places, weights, reference = self.system.anchor_angles[target.path]
             return np.asarray(reference + self.recording.theta[:, places] @ weights)
         part, place = self._target(target, s)

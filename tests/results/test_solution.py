@@ -1,11 +1,13 @@
 """Reading results: names, frames, signs of forces, full turns, and what is refused."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 import phblocks as ph
+from phblocks.blocks.block import Form
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 
 READ_OUTS = ["position", "angle", "velocity", "force", "moment", "spin"]
@@ -223,6 +225,8 @@ def test_targets(solutions, scenes, read):
         ask("crank")
     with pytest.raises(DataError, match="none together with a point"):
         ask(crank.at(0.5), 0.5)
+    with pytest.raises(DataError, match="none together with a point"):
+        ask(crank.end, 0.5)
 
 
 def test_the_ground_has_nothing_to_read(solutions, scenes):
@@ -231,6 +235,21 @@ def test_the_ground_has_nothing_to_read(solutions, scenes):
         with pytest.raises(UnknownNameError):
             getattr(solutions["four-bar"], read)(ground)
     np.testing.assert_array_equal(solutions["four-bar"].angle(ground), 0.0)
+
+
+def test_a_block_without_places_has_nothing_to_read_either():
+    class Clock(ph.Mass):
+        """A mass whose form has no read-outs of its own."""
+
+        def form(self, gives):
+            form = super().form(gives)
+            return Form(**{f.name: getattr(form, f.name) for f in dataclasses.fields(Form)})
+
+    d = ph.Diagram()
+    d.add(Clock("clock", 1.0, (0.0, 0.0)))
+    solution = ph.simulate(d.compile(), 0.2, 0.1)
+    with pytest.raises(DataError, match="a block with places"):
+        solution.position("clock", 0.0)
 
 
 def test_sources_and_frames(solutions):

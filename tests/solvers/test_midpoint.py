@@ -1,5 +1,7 @@
 """One step of the midpoint rule: its definition, its balance, its symmetry, its cost."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -125,3 +127,13 @@ def test_a_linear_oscillator_has_the_frequency_of_the_rule(bar):
     solution = ph.simulate(system.small_motions(), t_end=50 * dt, dt=dt, start=start)
     phase = 50 * 2.0 * np.arctan(0.5 * 0.3)
     np.testing.assert_allclose(solution.x[-1], np.real(shape * np.exp(1j * phase)), atol=1e-9 * abs(shape).max())
+
+
+def test_a_singular_linear_step_is_none(scenes):
+    """Undamped, unloaded and without mass: nothing determines the states."""
+    system = scenes["free"].compile().small_motions()
+    empty = 0.0 * system.E
+    empty.eliminate_zeros()
+    nothing = dataclasses.replace(system, E=empty, J0=empty)
+    stepper = ph.Midpoint().prepare(nothing)
+    assert stepper.step(np.zeros(nothing.n), nothing.start.theta, DT, np.zeros((1, nothing.n_inputs))) is None

@@ -38,6 +38,14 @@ def test_names_units_and_places(scenes):
     )
 
 
+def test_names_of_rotation_states(scenes):
+    system = scenes["arm"].compile()
+    assert len(system.theta_names) == system.start.theta.size == len(set(system.theta_names))
+    driven = int(np.flatnonzero(system.input_rates.toarray()[:, 0])[0])
+    assert system.theta_names[driven].startswith("turned[")
+    assert system.theta_names[0] == "arm.theta[0]" and system.state_names[system.rates.indices[0]].startswith("arm.W3[")
+
+
 def test_parts_are_looked_up_by_name(scenes):
     system = scenes["four-bar"].compile()
     assert [p.name for p in system.parts] == ["ground", "crank", "coupler", "rocker"]

@@ -15,7 +15,7 @@ from phblocks.triplets import Triplets
 
 SECTION = ph.Section(axial=900.0, shear=300.0, bending=7.0, mass=1.3, rotary=0.2)
 CAUSALITIES = ["-".join(pair) for pair in itertools.product(ENDS, repeat=2)]
-PLACES = (0.0, 0.11, 0.3, 0.5, 0.6, 0.87, 1.0)
+PLACES = (0.0, 0.11, 0.5, 0.87, 1.0)
 every_causality = pytest.mark.parametrize("causality", CAUSALITIES)
 
 
@@ -134,13 +134,13 @@ def test_a_ring_turns_about_its_centre_without_strain(causality):
 
 
 @every_causality
-@pytest.mark.parametrize(("curvature", "angle"), [(0.0, 0.4), (0.5, 2.0), (-0.5, -3.0)])
+@pytest.mark.parametrize(("curvature", "angle"), [(0.0, 2.0), (-0.5, -3.0)])
 def test_at_the_start_every_read_out_is_the_geometry(causality, curvature, angle):
     end = (1.0 + 1.7 * math.cos(angle), -0.5 + 1.7 * math.sin(angle))
     beam = beam_of(causality, 3, end=end, curvature=curvature, elements=7)
     form, start = form_of(beam), np.array([1.0, -0.5])
     history = at_rest(form)
-    for place in (0.0, 0.11, 0.5, 1.0):
+    for place in (0.0, 0.11, 1.0):
         s = place * beam.length
         here = start + arc(curvature, beam.start_angle, np.array([s]))
         np.testing.assert_allclose(form.angle(history, place), beam.start_angle + curvature * s, rtol=1e-13)
@@ -175,7 +175,7 @@ def test_a_bent_and_stretched_beam_is_read_exactly(causality):
     history = History(x[None], theta[None], None)
 
     def shape(s):  # r' = Lambda (e1 + Gamma), by a fine Simpson rule
-        t = np.linspace(0.0, s, 2001)
+        t = np.linspace(0.0, s, 201)
         cos, sin = np.cos(turn(t)), np.sin(turn(t))
         g1, g2 = 1.02 - 0.01 * t, 0.03 * t
         weights = np.full(t.size, 2.0)
@@ -194,7 +194,7 @@ def test_a_bent_and_stretched_beam_is_read_exactly(causality):
         [shape(form.mesh.boundaries[e] + t * form.mesh.lengths[e]) for e, t in zip(elements, xi, strict=True)]
     )
     moved = History(x[None], theta[None], spots[None])
-    for place in PLACES:  # from the points: the projection onto cubics leaves little
+    for place in (0.0, 0.3, 1.0):  # from the points: the projection onto cubics leaves little
         np.testing.assert_allclose(form.position(moved, place)[0], shape(2.0 * place), atol=2e-5)
     np.testing.assert_allclose(form.mean_chord(history)[0], weights @ spots / weights.sum(), atol=1e-9)
 
