@@ -235,6 +235,7 @@ def _solve(
                 ]
             ),
         ),
+        options={"mip_rel_gap": 0.0},
         constraints=LinearConstraint(
             matrix.tocsc(),
             np.concatenate([wanted, np.full(2 * k, -np.inf)]),

@@ -71,7 +71,7 @@ class Diagram:
         return self._ground.anchor
 
     @property
-    def graph(self) -> nx.Graph[str]:
+    def graph(self) -> nx.MultiGraph[str]:
         """The bipartite networkx graph of blocks and junctions."""
         return self.network.graph()
 

@@ -69,16 +69,18 @@ def find_modes(E: sp.csr_array, A: sp.csr_array, n: int) -> Modes:
     """
     if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 1:
         raise DataError("modes n", expected="a positive integer", got=repr(n), fix="Ask for the lowest n modes.")
-    scale = sp.diags_array(1.0 / np.sqrt(E.diagonal()))  # one size for forces and velocities
+    diagonal = E.diagonal()
+    carries = diagonal > 0.0  # states without energy have infinite eigenvalues, which are left out below
+    scale = sp.diags_array(1.0 / np.sqrt(np.where(carries, diagonal, 1.0)))  # one size for forces and velocities
     E, A = sp.csc_array(scale @ E @ scale), sp.csc_array(scale @ A @ scale)
     largest = float(np.sqrt((A.multiply(A)).sum(axis=1).max(initial=0.0)))
-    skew = np.abs((A + A.T).data).max(initial=0.0) <= 1e-14 * largest
+    skew = carries.all() and np.abs((A + A.T).data).max(initial=0.0) <= 1e-14 * largest
     if E.shape[0] <= DENSE:
         values, shapes = _dense(E, A, skew)
     else:
         values, shapes = _sparse(E, A, skew, n, largest)
-    order = np.argsort(values.imag)
-    order = order[values.imag[order] > 1e-12 * largest][:n]
+    found = np.flatnonzero(np.isfinite(values) & (values.imag > 1e-12 * largest) & (np.abs(values) < 1e8 * largest))
+    order = found[np.argsort(values.imag[found])][:n]
     shapes = shapes[:, order]
     energy = 0.5 * np.einsum("im,im->m", shapes.conj(), E @ shapes).real
     return Modes(values[order].imag, values[order].real, scale @ (shapes / np.sqrt(energy)))

@@ -123,23 +123,23 @@ class Network:
                         junctions.append(Junction((port,), "not joined", tuple(at.get(port, ()))))
         return junctions
 
-    def graph(self) -> nx.Graph[str]:
+    def graph(self) -> nx.MultiGraph[str]:
         """Make the bipartite graph of blocks and junctions.
 
         Returns
         -------
-        networkx.Graph
-            Nodes are names of blocks (attribute ``block``) and ``"junction i"`` (attribute ``junction``); each
-            edge carries its ``port``.
+        networkx.MultiGraph
+            Nodes are names of blocks (attribute ``block``) and ``".junction i"`` (attribute ``junction``); there is an
+            edge for each port, with the port's path as key and the attribute ``port``.
         """
-        graph: nx.Graph[str] = nx.Graph(name=self.name)
+        graph: nx.MultiGraph[str] = nx.MultiGraph(name=self.name)
         for name, block in self.blocks.items():
             graph.add_node(name, block=block)
         for i, junction in enumerate(self.joined):
-            node = f"junction {i}"
+            node = f".junction {i}"  # names of blocks have no dots
             graph.add_node(node, junction=junction)
             for port in junction.ports:
-                graph.add_edge(node, port.block.name, port=port)
+                graph.add_edge(node, port.block.name, key=port.path, port=port)
         return graph
 
 

@@ -62,11 +62,11 @@ def test_the_graph_joins_blocks_to_junctions(frame):
     d, a, b = frame
     graph = d.graph
     assert nx.is_bipartite(graph) and nx.is_connected(graph)
-    assert set(graph) == {"ground", "a", "b", "junction 0", "junction 1", "junction 2"}
+    assert set(graph) == {"ground", "a", "b", ".junction 0", ".junction 1", ".junction 2"}
     assert graph.nodes["a"]["block"] is a
-    assert graph.nodes["junction 2"]["junction"].ports == (a.end.translation, b.start.translation)
-    assert graph.edges["junction 2", "b"]["port"] is b.start.translation
-    assert sorted(graph.neighbors("ground")) == ["junction 0", "junction 1"]
+    assert graph.nodes[".junction 2"]["junction"].ports == (a.end.translation, b.start.translation)
+    assert graph.edges[".junction 2", "b", "b.start.translation"]["port"] is b.start.translation
+    assert sorted(graph.neighbors("ground")) == [".junction 0", ".junction 1"]
 
 
 def test_the_graph_of_an_unjoined_diagram_has_no_edges(bar):

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.errors import DataError
+from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.system.parts import State
+from phblocks.triplets import Floats, real_array
 
 if TYPE_CHECKING:
     from phblocks.system.system import System
@@ -42,23 +43,33 @@ def rigid_motion(
     ------
     DataError
         If a value is not finite or has the wrong shape.
+    ArgumentTypeError
+        If an argument is of the wrong kind.
     UnknownNameError
         If there is no such block.
     """
-    v, c = (np.array(a, dtype=np.float64) for a in (velocity, about))
-    for name, value, shape in (
-        ("velocity", v, (system.dimension,)),
-        ("about", c, (system.dimension,)),
-        ("spin", np.asarray(spin), ()),
-    ):
-        if value.shape != shape or not np.isfinite(value).all():
-            raise DataError(
-                f"rigid_motion {name}",
-                expected=f"finite numbers of shape {shape}",
-                got=repr(value.tolist()),
-                fix="Correct it.",
-            )
+    v, c, w = (
+        _require(f"rigid_motion {name}", value, shape)
+        for name, value, shape in (
+            ("velocity", velocity, (system.dimension,)),
+            ("about", about, (system.dimension,)),
+            ("spin", spin, ()),
+        )
+    )
+    if blocks is not None and (isinstance(blocks, str) or not isinstance(blocks, Sequence)):
+        raise ArgumentTypeError(
+            "rigid_motion blocks", expected="a sequence of names", got=repr(blocks), fix='Write for instance ["crank"].'
+        )
     x = system.start.x.copy()
     for part in system.parts if blocks is None else [system.part(name) for name in blocks]:
-        x[part.states] = part.form.moving(v, float(spin), c)
+        x[part.states] += part.form.moving(v, float(w), c)
     return State(x, system.start.theta, system.start.points)
+
+
+def _require(where: str, value: object, shape: tuple[int, ...]) -> Floats:
+    array = real_array(value)
+    if array is None:
+        raise ArgumentTypeError(where, expected="numbers", got=repr(value), fix="Give numbers in SI units.")
+    if array.shape != shape or not np.isfinite(array).all():
+        raise DataError(where, expected=f"finite numbers of shape {shape}", got=repr(array.tolist()), fix="Correct it.")
+    return array
