@@ -8,10 +8,12 @@ from phblocks import errors, plots
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.body import Mass, RigidBody
+from phblocks.blocks.bushing import Bushing
 from phblocks.blocks.circuit import Capacitor, Inductor, Reference, Resistor
 from phblocks.blocks.joints import RigidJoint, Slider
 from phblocks.blocks.motor import DCMotor
 from phblocks.blocks.sources import AngularVelocity, Current, Force, Moment, Velocity, Voltage
+from phblocks.blocks.system_block import SystemBlock, SystemPort
 from phblocks.blocks.torsion import TorsionDamper, TorsionSpring
 from phblocks.blocks.transformer import Gyrator, Transformer
 from phblocks.causality import CausalityReport
@@ -32,6 +34,7 @@ __all__ = [
     "Anchor",
     "AngularVelocity",
     "Beam",
+    "Bushing",
     "Capacitor",
     "CausalityReport",
     "Current",
@@ -57,6 +60,8 @@ __all__ = [
     "Solution",
     "State",
     "System",
+    "SystemBlock",
+    "SystemPort",
     "TorsionDamper",
     "TorsionSpring",
     "Transformer",

@@ -26,7 +26,10 @@ class _Pair(Lumped):
         for side, domain in (("first", first), ("second", second)):
             if not isinstance(domain, Domain):
                 raise ArgumentTypeError(
-                    f"{kind} {name!r} {side}", expected="a Domain", got=repr(domain), fix="Use ph.ROTATION, for example."
+                    f"{kind} {name!r} {side}",
+                    expected="a Domain",
+                    got=repr(domain),
+                    fix="Use ph.ROTATION, for example.",
                 )
             if domain.turns_with == "translation":
                 raise DataError(

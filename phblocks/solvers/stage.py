@@ -39,6 +39,8 @@ class StageEquation:
         Places of the entries of the Jacobian.
     algebraic : numpy.ndarray
         The unknowns without energy: rows of zeros in E.
+    carrying : slice or numpy.ndarray
+        The unknowns with energy.
     constant : bool
         The Jacobian does not depend on the unknowns.
     """
@@ -73,6 +75,7 @@ class StageEquation:
         slot = np.empty_like(sort)
         slot[sort] = np.arange(sort.size)
         self.algebraic = np.flatnonzero(~system.carries_energy[self.order])
+        self.carrying = np.flatnonzero(system.carries_energy[self.order]) if self.algebraic.size else slice(None)
         self.rows, self.columns = new[rows][sort], new[columns][sort]
         self.scale = scale[self.order]
         weight = (scale[rows] * scale[columns])[sort]

@@ -75,7 +75,8 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
     among = sp.csr_array(A[free][:, free])
     among.eliminate_zeros()
     count, label = connected_components(among, directed=False)
-    left, names = [], []
+    left: list[Triplets] = []
+    names: list[str] = []
     members: list[list[int]] = [[] for _ in range(count)]
     for i, group in enumerate(label):
         members[group].append(i)
