@@ -145,7 +145,7 @@ class SystemBlock(Lumped):
                 f"{self._where} Q",
                 expected="an invertible matrix",
                 got="a singular one",
-                fix="Leave out the states that store no energy and act on nothing, or give E = 0, Q = 1 for multipliers.",
+                fix="Leave out states that act on nothing; give multipliers a row of zeros in E, not in Q.",
             )
         require_semidefinite(f"{self._where} Q^T E", self.Q.T @ self.E)
         for letter, matrix in (("J", self.J), ("N", self.N)):

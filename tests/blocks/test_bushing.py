@@ -79,7 +79,7 @@ def test_statics():
 
 
 def test_directions_without_stiffness_are_free():
-    system, one, two = two_bodies(np.diag([100.0, 100.0, 0.0]))
+    system, _, _ = two_bodies(np.diag([100.0, 100.0, 0.0]))
     assert [n for n in system.state_names if "elastic" in n] == ["bushing.elastic0[0]", "bushing.elastic1[0]"]
     solution = ph.simulate(
         system, t_end=0.5, dt=0.01, start=system.rigid_motion(spin=1.0, about=(0.8, 0.0), blocks=["two"])

@@ -57,7 +57,8 @@ def test_an_inconsistent_start_is_projected_in_the_energy_norm():
     assert solution.statistics.start_energy_change == pytest.approx(change, rel=1e-12)
     assert "start projected" in str(solution.statistics)
     forces = np.hypot(solution.state("pin bar ground.force x[0]"), solution.state("pin bar ground.force y[0]"))[1:]
-    np.testing.assert_allclose(forces, 0.5 * spin**2, rtol=2e-3)  # centripetal, and it does not alternate
+    # centripetal; the midpoint rule lets it alternate by little from step to step, so the mean of two is taken
+    np.testing.assert_allclose((forces[1:] + forces[:-1]) / 2.0, 0.5 * spin**2, rtol=3e-4)
     assert np.ptp(forces) < 1e-2 * forces.mean()
 
 

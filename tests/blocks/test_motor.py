@@ -43,7 +43,7 @@ def test_step_response(inductance):
 
 
 def test_energy_of_winding_friction_and_rotor_adds_up():
-    rotor, solution = spin_up()
+    _, solution = spin_up()
     energy, blocks = solution.energy, solution.power.blocks
     assert energy.supplied[-1] == pytest.approx(energy.total[-1] + energy.dissipated[-1], rel=1e-13)
     assert solution.max_power_balance_error < 1e-14 * energy.supplied[-1]

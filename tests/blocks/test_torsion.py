@@ -35,7 +35,7 @@ def test_damped_oscillation_is_the_exact_one_to_second_order():
 
 
 def test_energy_adds_up():
-    disc, solution = oscillate(0.02)
+    _, solution = oscillate(0.02)
     start = 0.5 * STIFFNESS * TWIST**2
     assert solution.energy.strain[0] == pytest.approx(start, rel=1e-15)
     assert solution.max_power_balance_error <= 1e-14 * start
