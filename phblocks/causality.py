@@ -178,7 +178,7 @@ def assign_causality(network: Network) -> CausalityReport:
         for block in network.blocks.values()
         for port in block.ports.values()
     )
-    switches = tuple(t.what for t in ties if gives[t.first] != gives[t.second])
+    switches = tuple(t.what for t in ties if t.broken(gives[t.first], gives[t.second]))
     repairs = tuple(_repair(c.junction, choices, ties) for c in conflicts)
     return CausalityReport(assignments, conflicts, repairs, switches)
 
@@ -207,6 +207,8 @@ def _solve(
     n, k, m = len(choices), len(ties), len(junctions)
     i, j = np.arange(k), np.arange(m)
     first, second = (np.array([number[p] for p in ends], dtype=int) for ends in _ends(ties))
+    opposite = np.array([t.opposite for t in ties], dtype=float)
+    side = 1.0 - 2.0 * opposite
     at = np.array([(row, number[port]) for row, junction in enumerate(junctions) for port in junction.ports], dtype=int)
     at = at.reshape(-1, 2)
     matrix = Triplets.join(
@@ -215,9 +217,9 @@ def _solve(
             Triplets.of(at[:, 0], at[:, 1], values=1.0),
             Triplets.of(j, n + k + j, values=1.0),
             Triplets.of(j, n + k + m + j, values=-1.0),
-            # a tie differs if first - second or second - first is 1
-            *(Triplets.of(m + i, column, values=v) for column, v in ((first, 1.0), (second, -1.0), (n + i, -1.0))),
-            *(Triplets.of(m + k + i, column, values=v) for column, v in ((first, -1.0), (second, 1.0), (n + i, -1.0))),
+            # a tie differs if first - second or second - first is 1; for an opposite one second is 1 - second
+            *(Triplets.of(m + i, column, values=v) for column, v in ((first, 1.0), (second, -side), (n + i, -1.0))),
+            *(Triplets.of(m + k + i, column, values=v) for column, v in ((first, -1.0), (second, side), (n + i, -1.0))),
         ]
     ).csr((m + 2 * k, n + k + 2 * m))
     wanted = np.array([1.0 - sum(e.gives for e in junction.exposures) for junction in junctions])
@@ -239,7 +241,7 @@ def _solve(
         constraints=LinearConstraint(
             matrix.tocsc(),
             np.concatenate([wanted, np.full(2 * k, -np.inf)]),
-            np.concatenate([wanted, np.zeros(2 * k)]),
+            np.concatenate([wanted, opposite, -opposite]),
         ),
     )
     if result.x is None:

@@ -98,6 +98,12 @@ class CausalityError(PhblocksError, ValueError):
     code = "PH301"
 
 
+class ConstraintError(PhblocksError, ValueError):
+    """A constraint follows from others, or holds nothing."""
+
+    code = "PH302"
+
+
 class StructureError(PhblocksError, ValueError):
     """Matrices violate the port-Hamiltonian structure (skewness, symmetry, definiteness)."""
 

@@ -51,7 +51,8 @@ def find_modes(E: sp.csr_array, A: sp.csr_array, n: int) -> Modes:
     Parameters
     ----------
     E : scipy.sparse.csr_array
-        Shape (m, m), symmetric positive definite.
+        Shape (m, m), symmetric positive definite, or with rows of zeros for states without energy: those are
+        eliminated, and with them the constraints they imply.
     A : scipy.sparse.csr_array
         Shape (m, m).
     n : int
@@ -69,21 +70,59 @@ def find_modes(E: sp.csr_array, A: sp.csr_array, n: int) -> Modes:
     """
     if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 1:
         raise DataError("modes n", expected="a positive integer", got=repr(n), fix="Ask for the lowest n modes.")
-    diagonal = E.diagonal()
-    carries = diagonal > 0.0  # states without energy have infinite eigenvalues, which are left out below
-    scale = sp.diags_array(1.0 / np.sqrt(np.where(carries, diagonal, 1.0)))  # one size for forces and velocities
+    idle = E.diagonal() == 0.0
+    if idle.any():
+        E_e, A_e, back = _without_idle(E, A, idle)
+        if not E_e.shape[0]:
+            return Modes(np.empty(0), np.empty(0), np.empty((idle.size, 0), dtype=complex))
+        found = find_modes(E_e, A_e, n)
+        return Modes(found.frequencies, found.growth, back @ found.shapes)
+    scale = sp.diags_array(1.0 / np.sqrt(E.diagonal()))  # one size for forces and velocities
     E, A = sp.csc_array(scale @ E @ scale), sp.csc_array(scale @ A @ scale)
     largest = float(np.sqrt((A.multiply(A)).sum(axis=1).max(initial=0.0)))
-    skew = carries.all() and np.abs((A + A.T).data).max(initial=0.0) <= 1e-14 * largest
+    skew = np.abs((A + A.T).data).max(initial=0.0) <= 1e-14 * largest
     if E.shape[0] <= DENSE:
         values, shapes = _dense(E, A, skew)
     else:
         values, shapes = _sparse(E, A, skew, n, largest)
-    found = np.flatnonzero(np.isfinite(values) & (values.imag > 1e-12 * largest) & (np.abs(values) < 1e8 * largest))
-    order = found[np.argsort(values.imag[found])][:n]
+    order = np.argsort(values.imag)
+    order = order[values.imag[order] > 1e-12 * largest][:n]
     shapes = shapes[:, order]
     energy = 0.5 * np.einsum("im,im->m", shapes.conj(), E @ shapes).real
     return Modes(values[order].imag, values[order].real, scale @ (shapes / np.sqrt(energy)))
+
+
+def _without_idle(
+    E: sp.csr_array, A: sp.csr_array, idle: NDArray[np.bool_]
+) -> tuple[sp.csr_array, sp.csr_array, NDArray[np.float64]]:
+    """Eliminate states without energy: solve for those that follow, keep to what the constraints of the others allow.
+
+    Returns E and A of the coordinates y that are left, and the matrix that makes all states of y.
+    """
+    from scipy.linalg import null_space
+
+    kept = np.flatnonzero(~idle)
+    free = np.flatnonzero(idle)
+    size = np.ones(idle.size)
+    size[kept] = 1.0 / np.sqrt(E.diagonal()[kept])
+    coupling = np.abs((A @ sp.diags_array(size)).tocsr()[free]).max(axis=1).toarray().ravel()
+    size[free] = 1.0 / np.where(coupling > 0.0, coupling, 1.0)
+    units = sp.diags_array(size)
+    B, M = (units @ A @ units).toarray(), (units @ E @ units).toarray()[np.ix_(kept, kept)]
+    ee, ea, ae, aa = (B[np.ix_(i, j)] for i in (kept, free) for j in (kept, free))
+    U, values, Vt = np.linalg.svd(aa)
+    rank = int((values > 1e-10 * max(1.0, values[0])).sum())
+    solved = -(Vt[:rank].T / values[:rank]) @ (U[:, :rank].T @ ae)  # states that follow, of those with energy
+    allowed = null_space(U[:, rank:].T @ ae) if rank < free.size else np.eye(kept.size)
+    skew = np.abs(B + B.T).max() <= 1e-14 * np.abs(B).max()
+    tested = allowed if skew or rank == free.size else null_space((ea @ Vt[rank:].T).T)
+    E_y, A_y = allowed.T @ M @ allowed, tested.T @ (ee + ea @ solved) @ allowed
+    if tested is not allowed:  # multiplied from the left so that the energy stands on the left again
+        A_y = E_y @ np.linalg.solve(tested.T @ M @ allowed, A_y)
+    back = np.zeros((idle.size, allowed.shape[1]))
+    back[kept], back[free] = allowed, solved @ allowed
+    A_y = (A_y - A_y.T) / 2.0 if skew else A_y
+    return sp.csr_array(E_y), sp.csr_array(A_y), size[:, None] * back
 
 
 def _dense(E: sp.csc_array, A: sp.csc_array, skew: bool) -> tuple[Complexes, Complexes]:

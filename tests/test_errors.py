@@ -17,6 +17,7 @@ KINDS = {
     "PortInUseError": (ValueError, "PH205"),
     "GapError": (ValueError, "PH206"),
     "CausalityError": (ValueError, "PH301"),
+    "ConstraintError": (ValueError, "PH302"),
     "StructureError": (ValueError, "PH401"),
     "ExportError": (ValueError, "PH501"),
 }

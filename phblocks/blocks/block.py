@@ -51,12 +51,30 @@ class Tie:
         Price of choosing differently (0: no matter); ``None`` if they cannot differ.
     what : str
         What choosing differently means, for messages.
+    opposite : bool
+        They belong on opposite sides, one giving and one taking; choosing alike is then what has the price.
     """
 
     first: Port
     second: Port
     cost: float | None
     what: str
+    opposite: bool = False
+
+    def broken(self, first: bool, second: bool) -> bool:
+        """Tell whether two choices are not those that cost nothing.
+
+        Parameters
+        ----------
+        first, second : bool
+            Whether the ports give.
+
+        Returns
+        -------
+        bool
+            True if they differ, or, for opposite ones, if they do not.
+        """
+        return (first != second) != self.opposite
 
 
 #: Kind of energy of a state that stores none: a multiplier, or a state of a part without memory.

@@ -72,7 +72,7 @@ class Newton:
         iterations : int
             Number of linear solves.
         """
-        z, last = guess, 0.0
+        z, last, last_moved, carrying = guess, 0.0, 0.0, stage.carrying
         for iteration in range(1, self.max_iterations + 1):
             residual, jacobian = stage.evaluate(z)
             if not solver.factorise(jacobian):
@@ -80,14 +80,17 @@ class Newton:
             update = solver.solve(residual)
             z = z - update
             change = float(np.linalg.norm(update))
+            # states without energy follow from the others: a large first correction of them, which their guess may
+            # need, says nothing about how fast the others converge
+            moved = float(np.linalg.norm(update[carrying]))
             if not np.isfinite(change):
                 return None, iteration
-            size = max(size, float(np.linalg.norm(z)))
-            ratio = change / last if iteration > 1 else np.inf
+            size = max(size, float(np.linalg.norm(z[carrying])))
+            ratio = max(change / last, moved / last_moved if last_moved > 0.0 else 0.0) if iteration > 1 else np.inf
             # convergence is quadratic: the next update would be about change * ratio**2
             if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * size):
                 return z, iteration
             if change <= 1e-8 * size and ratio > 0.1 and np.linalg.norm(residual) <= 1e3 * stage.round_off(z):
                 return z, iteration  # the round-off floor: no further iteration can improve it
-            last = change
+            last, last_moved = change, moved
         return None, self.max_iterations

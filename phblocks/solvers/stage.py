@@ -44,6 +44,8 @@ class StageEquation:
         Places of the entries of the Jacobian.
     algebraic : numpy.ndarray
         The unknowns without energy: rows of zeros in E.
+    carrying : slice or numpy.ndarray
+        The unknowns with energy.
     constant : bool
         The Jacobian does not depend on the unknowns.
     """
@@ -83,8 +85,9 @@ class StageEquation:
         sort = np.lexsort((new[columns], new[rows]))
         slot = np.empty_like(sort)
         slot[sort] = np.arange(sort.size)
-        rated = np.diff(system.rate_matrix.indptr) > 0
-        self.algebraic = np.flatnonzero(~rated[self.order])
+        rated = ~system.algebraic[self.order]
+        self.algebraic = np.flatnonzero(~rated)
+        self.carrying = np.flatnonzero(rated) if self.algebraic.size else slice(None)
         self.rows, self.columns = new[rows][sort], new[columns][sort]
         self.scale = scale[self.order]
         weight = (scale[rows] * scale[columns])[sort]

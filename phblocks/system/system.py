@@ -31,6 +31,7 @@ from phblocks.errors import UnknownNameError
 from phblocks.export import write
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
+from phblocks.system.constraints import find_constraints
 from phblocks.system.linearization import Linearization, linearize, small_motions
 from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
@@ -220,6 +221,24 @@ class System:
         return np.repeat(
             [r.energy not in (NO_ENERGY, CONFIGURATION) for r in runs], [r.positions.size for r in runs]
         ).astype(bool)
+
+    @cached_property
+    def algebraic(self) -> NDArray[np.bool_]:
+        """For each state whether it has no rate: a row of zeros in :attr:`rate_matrix`."""
+        return np.asarray(np.diff(self.rate_matrix.indptr) == 0)
+
+    @cached_property
+    def is_dae(self) -> bool:
+        """Whether E is singular: there are states without energy."""
+        return bool(self.algebraic.any())
+
+    @cached_property
+    def constraint_names(self) -> tuple[str, ...]:
+        """The constraints that states with energy must satisfy, by the state without energy that each belongs to.
+
+        Empty if there are none: then the states without energy follow from the others (index 1, not 2).
+        """
+        return find_constraints(self).names if self.is_dae else ()
 
     @property
     def input_names(self) -> tuple[str, ...]:

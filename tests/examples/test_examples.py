@@ -74,7 +74,9 @@ def test_every_example_is_tested():
     assert [p.stem for p in FOLDER.glob("*.py") if f'ran("{p.stem}")' not in tests] == []
 
 
-@pytest.mark.parametrize(("name", "figures"), [("four_bar", 5), ("pendulum", 2), ("cantilever_modes", 2)])
+@pytest.mark.parametrize(
+    ("name", "figures"), [("four_bar", 5), ("pendulum", 2), ("cantilever_modes", 2), ("dc_motor_arm", 1)]
+)
 def test_command_line(ran, name, figures):
     found = ran(name)
     assert len(found.files) == figures
@@ -206,3 +208,13 @@ def test_cantilever_shapes(cantilever, ran):
         assert value[-1] == pytest.approx(1.0)
         inner = value[np.abs(value) > 0.02]
         assert (np.diff(np.sign(inner)) != 0).sum() == nodes
+
+
+def test_motor_and_arm(ran):
+    found = ran("dc_motor_arm").result
+    # the arm is so soft that its root overshoots the speed without load, to which all settles: 12 V / (20 * 0.05 V s)
+    assert found.rigid[-1] == pytest.approx(12.0, rel=1e-9)
+    assert found.speed[-200:].mean() == pytest.approx(12.0, rel=5e-3)
+    assert np.degrees(found.lag) == pytest.approx(14.84, rel=1e-2)  # 14.84 with 8 elements and half the step
+    assert found.energy_error < 1e-11 * found.solution.energy.supplied[-1]
+    assert "of it heat in the winding 1.2597" in ran("dc_motor_arm").printed

@@ -12,6 +12,8 @@ from phblocks.solvers.newton import Newton
 class Equations:
     """n equal scalar equations f(z) = 0 in the place of a stage equation."""
 
+    carrying = slice(None)
+
     def __init__(self, f, df, n: int = 3) -> None:
         self.f, self.df, self.n = f, df, n
         self.evaluations = 0

@@ -1,0 +1,139 @@
+"""Joints with multipliers: the double pendulum, inconsistent starts, redundant joints, sliders."""
+
+import numpy as np
+import pytest
+
+import phblocks as ph
+from phblocks.errors import CausalityError, ConstraintError, DataError, GapError
+
+
+def rod(name: str, start, end) -> ph.RigidBody:
+    """A uniform bar of 1 kg and 1 m with anchors at its ends."""
+    start, end = np.array(start), np.array(end)
+    angle = np.arctan2(*(end - start)[::-1])
+    return ph.RigidBody(name, 1.0, 1.0 / 12.0, (start + end) / 2.0, angle=angle, anchors={"a": start, "b": end})
+
+
+def double_pendulum() -> tuple[ph.Diagram, ph.RigidBody, ph.RigidBody]:
+    d = ph.Diagram("double pendulum", gravity=(0.0, -9.81))
+    one, two = d.add(rod("one", (0.0, 0.0), (1.0, 0.0))), d.add(rod("two", (1.0, 0.0), (1.0, -1.0)))
+    d.pin(one["a"], d.ground, multiplier=True)
+    d.pin(one["b"], two["a"], multiplier=True)
+    return d, one, two
+
+
+def test_double_pendulum_against_the_reference(references):
+    reference = np.array(references["double_pendulum_uniform_bars"]["theta(1)"])
+    d, one, two = double_pendulum()
+    system = d.compile()
+    assert system.is_dae
+    names = [f"{joint}.force {axis}[0]" for joint in ("pin one ground", "pin one two") for axis in "xy"]
+    assert system.constraint_names == tuple(names)
+    errors = []
+    for dt in (0.005, 0.0025, 0.00125):
+        solution = ph.simulate(system, t_end=1.0, dt=dt)
+        angles = np.array([solution.angle(body.centre)[-1] + np.pi / 2.0 for body in (one, two)])
+        errors.append(np.abs(angles - reference).max())
+        assert solution.max_power_balance_error < 1e-12
+        assert solution.statistics.start_energy_change == 0.0
+        assert np.ptp(solution.energy.total) < 1e-11
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(rates, 2.0, atol=0.05)
+    assert errors[-1] < 1e-4
+
+
+def test_an_inconsistent_start_is_projected_in_the_energy_norm():
+    """A bar that is thrown sideways and then caught at its end keeps its angular momentum about the pin."""
+    d = ph.Diagram("caught")
+    bar = d.add(rod("bar", (0.0, 0.0), (0.0, -1.0)))
+    d.pin(bar["a"], d.ground, multiplier=True)
+    system = d.compile()
+    solution = ph.simulate(system, t_end=0.5, dt=0.01, start=system.rigid_motion(velocity=(2.0, 1.0)))
+    spin = 0.5 * 2.0 / (1.0 / 3.0)
+    assert solution.spin(bar, (0.0, 0.0))[0] == pytest.approx(spin, rel=1e-13)
+    np.testing.assert_allclose(solution.spin(bar, (0.0, 0.0)), spin, rtol=3e-4)  # (spin dt)**2
+    np.testing.assert_allclose(solution.velocity(bar["a"])[0], 0.0, atol=1e-14)
+    change = 0.5 * spin**2 / 3.0 - 0.5 * (4.0 + 1.0)
+    assert solution.statistics.start_energy_change == pytest.approx(change, rel=1e-12)
+    assert "start projected" in str(solution.statistics)
+    forces = np.hypot(solution.state("pin bar ground.force x[0]"), solution.state("pin bar ground.force y[0]"))[1:]
+    # centripetal; the midpoint rule lets it alternate by little from step to step, so the mean of two is taken
+    np.testing.assert_allclose((forces[1:] + forces[:-1]) / 2.0, 0.5 * spin**2, rtol=3e-4)
+    assert np.ptp(forces) < 1e-2 * forces.mean()
+
+
+def test_a_weld_holds_the_angle():
+    d = ph.Diagram("welded", gravity=(0.0, -9.81))
+    one, two = d.add(rod("one", (0.0, 0.0), (1.0, 0.0))), d.add(rod("two", (1.0, 0.0), (2.0, 0.0)))
+    d.pin(one["a"], d.ground, multiplier=True)
+    d.weld(one["b"], two["a"], multiplier=True)
+    solution = ph.simulate(d.compile(), t_end=0.2, dt=0.001)
+    np.testing.assert_allclose(solution.angle(one.centre), solution.angle(two.centre), atol=1e-12)
+    # released from horizontal a bar of 2 m starts with 3/2 g / L
+    assert solution.spin(one, (0.0, 0.0))[10] == pytest.approx(-0.01 * 1.5 * 9.81 / 2.0, rel=1e-3)
+
+
+def test_three_at_one_pin_and_names_in_use():
+    d = ph.Diagram("star")
+    bars = [d.add(rod(name, (0.0, 0.0), end)) for name, end in zip("abc", ((1, 0), (0, 1), (-1, 0)), strict=True)]
+    d.pin(*(bar["a"] for bar in bars), multiplier=True)
+    d.add(rod("pin a b 2", (5.0, 0.0), (6.0, 0.0)))
+    system = d.compile()
+    assert len(system.constraint_names) == 4
+    solution = ph.simulate(system, t_end=0.5, dt=0.01, start=system.rigid_motion(spin=1.0, blocks=["a"]))
+    v = [solution.velocity(bar["a"]) for bar in bars]
+    assert max(np.abs(v[0] - v[1]).max(), np.abs(v[0] - v[2]).max()) < 1e-3
+
+
+def test_redundant_joints_are_named():
+    d = ph.Diagram("held twice")
+    bar = d.add(rod("bar", (0.0, 0.0), (1.0, 0.0)))
+    d.pin(bar["a"], d.ground, multiplier=True)
+    d.pin(bar["b"], d.ground, multiplier=True)
+    with pytest.raises(ConstraintError, match=r"PH302.*pin bar ground.*force x\[0\].*imply already"):
+        d.compile()
+
+
+def test_without_multiplier_two_bodies_conflict_and_a_gap_is_a_gap():
+    d = ph.Diagram("two bodies")
+    one, two = d.add(rod("one", (0.0, 0.0), (1.0, 0.0))), d.add(rod("two", (1.0, 0.0), (1.0, -1.0)))
+    with pytest.raises(GapError):
+        d.pin(one["a"], two["a"], multiplier=True)
+    with pytest.raises(DataError, match="at least two"):
+        d.pin(one["a"], multiplier=True)
+    d.pin(one["b"], two["a"])
+    with pytest.raises(CausalityError):
+        d.compile()
+
+
+def test_a_flexible_beam_on_a_rigid_body_by_a_multiplier(bar):
+    d = ph.Diagram("mixed", gravity=(0.0, -9.81))
+    body, beam = d.add(rod("body", (0.0, 0.0), (1.0, 0.0))), d.add(ph.Beam("beam", bar, (1.0, 0.0), (2.0, 0.0), 3))
+    d.pin(body["a"], d.ground, multiplier=True)
+    d.weld(body["b"], beam.start, multiplier=True)
+    solution = ph.simulate(d.compile(), t_end=0.1, dt=0.005)
+    assert solution.status.ok and np.ptp(solution.energy.total) < 1e-10
+    np.testing.assert_allclose(solution.velocity(body["b"]), solution.velocity(beam.start), atol=1e-3)
+
+
+@pytest.mark.parametrize("turns", [True, False])
+def test_a_slider_runs_down_an_incline(turns):
+    """A body on a guide of slope 3/4 falls with g sin; the guide carries m g cos."""
+    d = ph.Diagram("incline", gravity=(0.0, -10.0))
+    body = d.add(ph.RigidBody("body", 2.0, 0.1, (0.0, 0.0)))
+    guide = d.add(ph.Slider("guide", (-4.0, -3.0), turns=turns))
+    d.connect(d.ground.translation, guide.first)
+    d.connect(guide.second, body.centre.translation)
+    if not turns:
+        d.connect(d.ground.rotation, guide.first_rotation)
+        d.connect(guide.second_rotation, body.centre.rotation)
+    system = d.compile()
+    solution = ph.simulate(system, t_end=1.0, dt=0.1)
+    np.testing.assert_allclose(solution.position(body.centre)[-1], [-0.8 * 3.0, -0.6 * 3.0], atol=1e-12)
+    assert abs(solution.state(system.constraint_names[0])[-1]) == pytest.approx(16.0)
+    assert np.ptp(solution.energy.total) < 1e-12
+
+
+def test_a_slider_needs_a_direction():
+    with pytest.raises(DataError, match="a direction"):
+        ph.Slider("guide", (0.0, 0.0))

@@ -1,0 +1,95 @@
+"""Sources: constant and in time, fixed and following, and their energy in the ledger."""
+
+import numpy as np
+import pytest
+
+import phblocks as ph
+from phblocks.errors import ArgumentTypeError, DataError, DuplicateNameError
+
+
+def pushed(force, follows=False, spin=0.0):
+    d = ph.Diagram("pushed")
+    body = d.add(ph.RigidBody("body", 2.0, 0.5, (0.0, 0.0)))
+    push = d.add(ph.Force("push", force, follows=follows))
+    d.connect(push.port, body.centre.translation)
+    system = d.compile()
+    return body, ph.simulate(system, t_end=1.0, dt=0.01, start=system.rigid_motion(spin=spin))
+
+
+def test_a_constant_force_accelerates_and_its_energy_is_in_the_ledger():
+    body, solution = pushed((4.0, -2.0))
+    np.testing.assert_allclose(solution.velocity(body.centre)[-1], [2.0, -1.0], rtol=1e-13)
+    inputs = solution.power.inputs
+    assert inputs["push.x"][-1] == pytest.approx(4.0) and inputs["push.y"][-1] == pytest.approx(1.0)
+    assert solution.energy.supplied[-1] == pytest.approx(solution.energy.kinetic[-1], rel=1e-13)
+
+
+def test_a_force_of_time_is_taken_at_the_middle_of_steps():
+    body, solution = pushed(lambda t: (2.0 * t, 0.0))
+    assert solution.velocity(body.centre)[-1, 0] == pytest.approx(0.5, rel=1e-13)
+
+
+def test_a_follower_turns_with_the_body():
+    body, solution = pushed((1.0, 0.0), follows=True, spin=2.0)
+    v = solution.velocity(body.centre)
+    expected = 0.5 * np.stack([np.sin(2.0 * solution.t), 1.0 - np.cos(2.0 * solution.t)], axis=1) / 2.0
+    np.testing.assert_allclose(v, expected, atol=2e-5)
+    assert solution.max_power_balance_error < 1e-15
+
+
+def test_a_signal_given_to_the_run_replaces_that_of_the_source():
+    d = ph.Diagram("turned")
+    disc, drive = d.add(ph.RigidBody("disc", 1.0, 0.5, (0.0, 0.0))), d.add(ph.Moment("drive", 1.0))
+    d.connect(drive.port, disc.centre.rotation)
+    system = d.compile()
+    for inputs, spin in (({}, 2.0), ({"drive": 3.0}, 6.0)):
+        solution = ph.simulate(system, t_end=1.0, dt=0.1, inputs=inputs)
+        assert solution.spin(disc, (0.0, 0.0))[-1] == pytest.approx(spin)
+
+
+def test_imposed_velocities_drive_a_beam(bar):
+    """A beam whose root is carried and turned: as with expose, but the source brings its signal."""
+    runs = []
+    for sources in (True, False):
+        d = ph.Diagram("shaken")
+        beam = d.add(ph.Beam("beam", bar, (0.0, 0.0), (1.0, 0.0), elements=3))
+        if sources:
+            d.connect(d.add(ph.Velocity("table", (0.0, 0.1))).port, beam.start.translation)
+            d.connect(d.add(ph.AngularVelocity("turn", lambda t: t)).port, beam.start.rotation)
+            inputs = None
+        else:
+            d.expose(beam.start.translation, "table", imposes="velocity")
+            d.expose(beam.start.rotation, "turn", imposes="angular velocity")
+            inputs = {"table": (0.0, 0.1), "turn": lambda t: t}
+        runs.append((beam, ph.simulate(d.compile(), t_end=0.2, dt=0.01, inputs=inputs)))
+    (one, a), (two, b) = runs
+    np.testing.assert_allclose(a.position(one.end), b.position(two.end), atol=1e-12)
+    np.testing.assert_allclose(a.energy.supplied, b.energy.supplied, atol=1e-10)
+    assert a.angle(one.start)[-1] == pytest.approx(0.02)
+    assert [site.known for site in a.system.sites] == [True]
+
+
+def test_names_of_sources_and_exposed_ports_are_one_list():
+    d = ph.Diagram("names")
+    body = d.add(ph.RigidBody("body", 2.0, 0.5, (0.0, 0.0)))
+    d.expose(body.centre.translation, "push")
+    with pytest.raises(DuplicateNameError, match="'push'"):
+        d.add(ph.Force("push", (0.0, 1.0)))
+    d.add(ph.Moment("turn", 0.0))
+    with pytest.raises(DuplicateNameError, match="'turn'"):
+        d.expose(body.centre.rotation, "turn")
+
+
+@pytest.mark.parametrize(
+    ("make", "error"),
+    [
+        (lambda: ph.Force("f", 1.0), DataError),
+        (lambda: ph.Force("f", (1.0, np.nan)), DataError),
+        (lambda: ph.Moment("m", (1.0, 2.0)), DataError),
+        (lambda: ph.Velocity("v", "fast"), ArgumentTypeError),
+        (lambda: ph.Voltage("v", 1.0, ph.TRANSLATION), DataError),
+    ],
+)
+def test_what_is_refused(make, error):
+    with pytest.raises(error):
+        make()
