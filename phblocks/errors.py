@@ -98,10 +98,40 @@ class CausalityError(PhblocksError, ValueError):
     code = "PH301"
 
 
+class DanglingPortError(CausalityError):
+    """A port that can only take is joined to nothing."""
+
+    code = "PH303"
+
+
+class OverdeterminedError(CausalityError):
+    """Two ports of a junction give the common quantity."""
+
+    code = "PH304"
+
+
+class UnderdeterminedError(CausalityError):
+    """No port of a junction gives the common quantity."""
+
+    code = "PH305"
+
+
+class HeldPortError(CausalityError):
+    """An exposed quantity acts on nothing, because the ground or another opening holds the junction."""
+
+    code = "PH306"
+
+
 class StructureError(PhblocksError, ValueError):
     """Matrices violate the port-Hamiltonian structure (skewness, symmetry, definiteness)."""
 
     code = "PH401"
+
+
+class SingularStructureError(StructureError):
+    """States without energy that no equation determines: a lossless ring, a constraint said twice."""
+
+    code = "PH402"
 
 
 class ExportError(PhblocksError, ValueError):

@@ -17,7 +17,12 @@ KINDS = {
     "PortInUseError": (ValueError, "PH205"),
     "GapError": (ValueError, "PH206"),
     "CausalityError": (ValueError, "PH301"),
+    "DanglingPortError": (ValueError, "PH303"),
+    "OverdeterminedError": (ValueError, "PH304"),
+    "UnderdeterminedError": (ValueError, "PH305"),
+    "HeldPortError": (ValueError, "PH306"),
     "StructureError": (ValueError, "PH401"),
+    "SingularStructureError": (ValueError, "PH402"),
     "ExportError": (ValueError, "PH501"),
 }
 

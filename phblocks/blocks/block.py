@@ -51,16 +51,35 @@ class Tie:
         Price of choosing differently (0: no matter); ``None`` if they cannot differ.
     what : str
         What choosing differently means, for messages.
+    opposite : bool
+        They belong on opposite sides, one giving and one taking; choosing alike is then what has the price.
     """
 
     first: Port
     second: Port
     cost: float | None
     what: str
+    opposite: bool = False
 
 
 #: Kind of energy of a state that stores none: a multiplier, or a state of a part without memory.
 NO_ENERGY = "none"
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another version of a block, with the same ports.
+
+    Parameters
+    ----------
+    block : Block
+        Of the same name.
+    what : str
+        What is different, such as "let beam 'a' choose its ends".
+    """
+
+    block: Block
+    what: str
 
 
 @dataclass(frozen=True)
@@ -450,6 +469,16 @@ class Block(ABC):
         Form
             The block in its own coordinates.
         """
+
+    def alternatives(self) -> Sequence[Alternative]:
+        """List other versions of the block whose ports have more choice, for repairs.
+
+        Returns
+        -------
+        sequence of Alternative
+            None unless the block says otherwise.
+        """
+        return ()
 
     def exposures(self) -> Sequence[Exposure]:
         """List the openings to the outside that the block brings along: those of a source.
