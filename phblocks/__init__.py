@@ -8,10 +8,16 @@ from phblocks import errors, plots
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.body import Mass, RigidBody
+from phblocks.blocks.circuit import Capacitor, Inductor, Reference, Resistor
+from phblocks.blocks.joints import RigidJoint, Slider
+from phblocks.blocks.motor import DCMotor
+from phblocks.blocks.sources import AngularVelocity, Current, Force, Moment, Velocity, Voltage
+from phblocks.blocks.torsion import TorsionDamper, TorsionSpring
+from phblocks.blocks.transformer import Gyrator, Transformer
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
 from phblocks.errors import PhblocksError
-from phblocks.ports import Anchor, Port
+from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
 from phblocks.results.solution import Solution
 from phblocks.simulation import simulate
 from phblocks.solvers.midpoint import Midpoint
@@ -19,20 +25,43 @@ from phblocks.solvers.newton import Newton
 from phblocks.system import State, System
 
 __all__ = [
+    "ELECTRICAL",
+    "HYDRAULIC",
+    "ROTATION",
+    "TRANSLATION",
     "Anchor",
+    "AngularVelocity",
     "Beam",
+    "Capacitor",
     "CausalityReport",
+    "Current",
+    "DCMotor",
     "Diagram",
+    "Domain",
+    "Force",
+    "Gyrator",
+    "Inductor",
     "Mass",
     "Midpoint",
+    "Moment",
     "Newton",
     "PhblocksError",
     "Port",
+    "Quantity",
+    "Reference",
+    "Resistor",
     "RigidBody",
+    "RigidJoint",
     "Section",
+    "Slider",
     "Solution",
     "State",
     "System",
+    "TorsionDamper",
+    "TorsionSpring",
+    "Transformer",
+    "Velocity",
+    "Voltage",
     "errors",
     "plots",
     "simulate",

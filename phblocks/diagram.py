@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from phblocks.assembly import Outputs, assemble
 from phblocks.blocks.block import Block
 from phblocks.blocks.ground import Ground
+from phblocks.blocks.joints import RigidJoint
 from phblocks.causality import CausalityReport, assign_causality
 from phblocks.errors import (
     ArgumentTypeError,
@@ -106,17 +107,28 @@ class Diagram:
                 got=repr(block.name),
                 fix=f"Choose another name than {', '.join(self.network.blocks)}.",
             )
+        brought = {e.name for e in block.exposures()}
+        if any(e.name in brought for e in self.network.exposed):
+            raise DuplicateNameError(
+                f"diagram {self.name!r}",
+                expected="a name no exposed port has",
+                got=repr(block.name),
+                fix="Choose another name for the source.",
+            )
         self.network.blocks[block.name] = block
         self.network.added[block.name] = f"add at {call_site()}"
         return block
 
-    def pin(self, *anchors: Anchor) -> None:
+    def pin(self, *anchors: Anchor, multiplier: bool = False) -> None:
         """Join anchors with a revolute joint: same velocity, forces sum to zero, free rotation.
 
         Parameters
         ----------
         *anchors : Anchor
             Two or more, in the same place.
+        multiplier : bool, optional
+            Hold the first and each of the others together by a joint force of its own (a block :class:`RigidJoint`):
+            all anchors then give velocity, and the system has constraints. For rigid bodies.
 
         Raises
         ------
@@ -130,15 +142,20 @@ class Diagram:
             If one of them is not an anchor.
         """
         self._require_together("pin", anchors)
-        self._join("pin", [anchor.translation for anchor in anchors])
+        if multiplier:
+            self._hold("pin", anchors, turns=True)
+        else:
+            self._join("pin", [anchor.translation for anchor in anchors])
 
-    def weld(self, *anchors: Anchor) -> None:
+    def weld(self, *anchors: Anchor, multiplier: bool = False) -> None:
         """Join anchors rigidly: same velocity and angular velocity, forces and moments sum to zero.
 
         Parameters
         ----------
         *anchors : Anchor
             Two or more, in the same place; they keep their initial angle to each other.
+        multiplier : bool, optional
+            Hold the first and each of the others together by a joint force and moment of its own, as in :meth:`pin`.
 
         Raises
         ------
@@ -161,6 +178,9 @@ class Diagram:
                     fix="Use pin(), or a RigidBody instead of a point mass.",
                 )
         self._require_unused([port for anchor in anchors for port in anchor.ports])
+        if multiplier:
+            self._hold("weld", anchors, turns=False)
+            return
         self._join("weld", [anchor.translation for anchor in anchors])
         self._join("weld", [anchor.rotation for anchor in anchors])
 
@@ -279,7 +299,7 @@ class Diagram:
                 got=f"one of {port.block!r}",
                 fix="Expose the port of the block that is attached there, or impose a velocity instead of the ground.",
             )
-        if any(e.name == name for e in self.network.exposed):
+        if any(e.name == name for e in self.network.exposures()):
             raise DuplicateNameError(
                 f"diagram {self.name!r}",
                 expected="a name not in use",
@@ -341,6 +361,28 @@ class Diagram:
         report = self.check()
         report.raise_if_impossible()
         return assemble(self.network, report, outputs)
+
+    def _hold(self, verb: str, anchors: Sequence[Anchor], turns: bool) -> None:
+        """Join anchors by blocks with multipliers: a hub, and one joint to each of the others."""
+        if len(anchors) < 2:
+            raise DataError(verb, expected="at least two", got=str(len(anchors)), fix="Name all that meet there.")
+        self._require_unused([anchor.translation for anchor in anchors])
+        hub, *others = anchors
+        joints = []
+        for other in others:
+            name = wanted = f"{verb} {hub.block.name} {other.block.name}"
+            count = 1
+            while name in self.network.blocks:
+                count += 1
+                name = f"{wanted} {count}"
+            joints.append(self.add(RigidJoint(name, turns)))
+        self._join(verb, [hub.translation, *(joint.first for joint in joints)])
+        for other, joint in zip(others, joints, strict=True):
+            self._join(verb, [other.translation, joint.second])
+        if not turns:
+            self._join(verb, [hub.rotation, *(joint.first_rotation for joint in joints)])
+            for other, joint in zip(others, joints, strict=True):
+                self._join(verb, [other.rotation, joint.second_rotation])
 
     def _join(self, verb: str, ports: Sequence[Port]) -> None:
         for port in ports:

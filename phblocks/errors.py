@@ -122,16 +122,16 @@ class HeldPortError(CausalityError):
     code = "PH306"
 
 
+class ConstraintError(PhblocksError, ValueError):
+    """A constraint follows from others, or holds nothing."""
+
+    code = "PH302"
+
+
 class StructureError(PhblocksError, ValueError):
     """Matrices violate the port-Hamiltonian structure (skewness, symmetry, definiteness)."""
 
     code = "PH401"
-
-
-class SingularStructureError(StructureError):
-    """States without energy that no equation determines: a lossless ring, a constraint said twice."""
-
-    code = "PH402"
 
 
 class ExportError(PhblocksError, ValueError):

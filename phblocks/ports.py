@@ -82,6 +82,8 @@ class Domain:
 
 TRANSLATION = Domain("translation", Quantity("velocity", "m/s"), Quantity("force", "N"), "translation")
 ROTATION = Domain("rotation", Quantity("angular velocity", "rad/s"), Quantity("moment", "N m"), "rotation")
+ELECTRICAL = Domain("electrical", Quantity("voltage", "V"), Quantity("current", "A"))
+HYDRAULIC = Domain("hydraulic", Quantity("pressure", "Pa"), Quantity("volume flow", "m^3/s"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -18,7 +19,7 @@ from phblocks.results.solution import Solution
 from phblocks.results.status import Statistics, Status
 from phblocks.solvers.midpoint import Midpoint, MidpointStepper
 from phblocks.solvers.step import Step
-from phblocks.system import State, System
+from phblocks.system import State, System, consistent_start
 from phblocks.triplets import Floats, real_array
 
 Signal = Callable[[float], ArrayLike] | ArrayLike
@@ -36,6 +37,9 @@ def simulate(
     progress: bool | None = None,
 ) -> Solution:
     """Integrate a system in time.
+
+    A start that violates constraints (joints with multipliers) is projected on them in the energy norm; the change
+    of energy is in ``solution.statistics.start_energy_change``.
 
     A step that fails is repeated with half its length, and the halvings are counted; it is never accepted as it
     is. If halving does not help, the run ends with a status that says so and with the results so far.
@@ -95,6 +99,10 @@ def simulate(
     state = system.start if start is None else _require_state(system, start)
     drive = Drive(system, {} if inputs is None else inputs)
     clock = perf_counter()
+    change = 0.0
+    if system.is_dae:
+        with suppress(NotFinite):  # the first step will say so
+            state, change = consistent_start(system, state, drive.at([0.0])[0])
     stepper = method.prepare(system)
     recorder = Recorder(system, stepper.stage, stepper.weights, 0.0, state)
     run = _Run(stepper, drive, stepper.stage.pack(state.x), state.theta, max_halvings)
@@ -122,6 +130,7 @@ def simulate(
         newton_iterations=np.array(run.iterations, dtype=np.int64),
         preparation_seconds=preparation,
         loop_seconds=perf_counter() - clock,
+        start_energy_change=change,
     )
     return Solution(system, recording, run.status, statistics)
 

@@ -21,8 +21,8 @@ KINDS = {
     "OverdeterminedError": (ValueError, "PH304"),
     "UnderdeterminedError": (ValueError, "PH305"),
     "HeldPortError": (ValueError, "PH306"),
+    "ConstraintError": (ValueError, "PH302"),
     "StructureError": (ValueError, "PH401"),
-    "SingularStructureError": (ValueError, "PH402"),
     "ExportError": (ValueError, "PH501"),
 }
 

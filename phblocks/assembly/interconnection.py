@@ -21,7 +21,7 @@ from phblocks.errors import DataError
 from phblocks.frames import NO_TURN, QUARTER, Turn
 from phblocks.network import Junction, Network
 from phblocks.ports import Exposure, Port
-from phblocks.system import Angles, Connections, Part, State, System
+from phblocks.system import Angles, Connections, Part, State, System, find_constraints, require_independent
 from phblocks.triplets import Floats, Ints, Triplets
 
 Outputs = Literal["all"] | None
@@ -64,6 +64,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         If outputs is neither "all" nor None.
     StructureError
         If the matrices violate the port-Hamiltonian structure.
+    ConstraintError
+        If a constraint follows from others.
     """
     if outputs not in ("all", None):
         raise DataError("compile outputs", expected='"all" or None', got=repr(outputs), fix='Use outputs="all".')
@@ -129,6 +131,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         report=report,
     )
     check_structure(system)
+    if system.is_dae:
+        require_independent(system, find_constraints(system))
     return system
 
 

@@ -176,7 +176,8 @@ class Layout:
             anchors = [p.anchor for p in junction.ports if p.anchor is not None]
             imposed = [e for e in junction.exposures if e.gives]
             placed = [a for a in anchors if a.position is not None]
-            if junction.domain != TRANSLATION or not placed or len(anchors) + len(imposed) < 2:
+            held = any(a.block.shared for a in anchors)
+            if junction.domain != TRANSLATION or not placed or len(placed) + len(imposed) + held < 2:
                 continue
             assert placed[0].position is not None
             first = self.first_input[imposed[0].name] if imposed else 0
@@ -185,7 +186,7 @@ class Layout:
                     name=" = ".join(a.path for a in anchors),
                     places=tuple((a.block.name, a.place) for a in placed),
                     start=placed[0].position,
-                    known=bool(imposed) or len(placed) < len(anchors),
+                    known=bool(imposed) or held,
                     inputs=tuple(range(first, first + self.network.space.dimension)) if imposed else (),
                 )
             )

@@ -61,6 +61,21 @@ class Tie:
     what: str
     opposite: bool = False
 
+    def broken(self, first: bool, second: bool) -> bool:
+        """Tell whether two choices are not those that cost nothing.
+
+        Parameters
+        ----------
+        first, second : bool
+            Whether the ports give.
+
+        Returns
+        -------
+        bool
+            True if they differ, or, for opposite ones, if they do not.
+        """
+        return (first != second) != self.opposite
+
 
 #: Kind of energy of a state that stores none: a multiplier, or a state of a part without memory.
 NO_ENERGY = "none"

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.errors import ArgumentTypeError, DataError, StructureError
 from phblocks.triplets import Floats, real_array
 
 
@@ -36,6 +36,62 @@ def require_real(where: str, value: object) -> float:
             where, expected="a real number", got=type(value).__name__, fix="Give a number in SI units."
         )
     return float(value)
+
+
+def require_finite(where: str, value: object) -> float:
+    """Return a number if it is finite.
+
+    Parameters
+    ----------
+    where : str
+        What the number is, for the message.
+    value : object
+        The candidate.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not a real number.
+    DataError
+        If it is not finite.
+    """
+    number = require_real(where, value)
+    if not math.isfinite(number):
+        raise DataError(where, expected="a finite number", got=repr(value), fix="Give a value in SI units.")
+    return number
+
+
+def require_not_negative(where: str, value: object) -> float:
+    """Return a number if it is finite and not negative.
+
+    Parameters
+    ----------
+    where : str
+        What the number is, for the message.
+    value : object
+        The candidate.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not a real number.
+    DataError
+        If it is not finite, or negative.
+    """
+    number = require_real(where, value)
+    if not (math.isfinite(number) and number >= 0.0):
+        raise DataError(where, expected="a finite number >= 0", got=repr(value), fix="Give a value in SI units.")
+    return number
 
 
 def require_positive(where: str, value: object) -> float:
@@ -97,3 +153,68 @@ def require_point(where: str, value: ArrayLike) -> Floats:
         raise DataError(where, expected="two finite coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
     point.setflags(write=False)
     return point
+
+
+def require_matrix(where: str, value: ArrayLike, shape: tuple[int, int]) -> Floats:
+    """Return a matrix of a given shape.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : array_like
+        The candidate.
+    shape : tuple of int
+        Rows and columns.
+
+    Returns
+    -------
+    numpy.ndarray
+        A copy, read-only.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not made of numbers.
+    DataError
+        If the shape is another, or a number is not finite.
+    """
+    matrix = real_array(value)
+    if matrix is None:
+        raise ArgumentTypeError(where, expected=f"numbers of shape {shape}", got=repr(value), fix="Give a matrix.")
+    if matrix.shape != shape or not np.isfinite(matrix).all():
+        got = f"shape {matrix.shape}" if matrix.shape != shape else "numbers that are not finite"
+        raise DataError(where, expected=f"finite numbers of shape {shape}", got=got, fix="Correct the matrix.")
+    matrix.setflags(write=False)
+    return matrix
+
+
+def require_semidefinite(where: str, matrix: Floats) -> None:
+    """Check that a matrix is symmetric and positive semidefinite.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    matrix : numpy.ndarray
+        Square.
+
+    Raises
+    ------
+    StructureError
+        If it is not.
+    """
+    size = np.abs(matrix).max(initial=0.0)
+    defect = np.abs(matrix - matrix.T).max(initial=0.0)
+    if defect > 1e-12 * size:
+        raise StructureError(
+            where, expected="a symmetric matrix", got=f"a defect of {defect:.3g}", fix="Correct the matrix."
+        )
+    least = float(np.linalg.eigvalsh(matrix).min(initial=0.0))
+    if least < -1e-12 * size:
+        raise StructureError(
+            where,
+            expected="a positive semidefinite matrix",
+            got=f"one with the eigenvalue {least:.6g}",
+            fix="Correct the matrix.",
+        )

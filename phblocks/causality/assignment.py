@@ -63,9 +63,7 @@ def assign_causality(network: Network) -> CausalityReport:
         for port in block.ports.values()
     )
     switches = tuple(
-        t.what
-        for t, (a, b) in zip(problem.ties, problem.ends, strict=True)
-        if t.cost and (final[a] == final[b]) == t.opposite
+        t.what for t, (a, b) in zip(problem.ties, problem.ends, strict=True) if t.cost and t.broken(final[a], final[b])
     )
     explanation = Explanation(problem, final, reasons, programs)
     return CausalityReport(assignments, tuple(conflicts), switches, explanation, network)

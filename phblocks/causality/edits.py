@@ -9,8 +9,9 @@ import numpy as np
 from phblocks.blocks.block import Block
 from phblocks.blocks.body import Mass, RigidBody
 from phblocks.blocks.ground import Ground
+from phblocks.blocks.joints import RigidJoint
 from phblocks.network import Junction, Network
-from phblocks.ports import Anchor, Exposure, Port
+from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
 
 
 def rebuilt(network: Network, blocks: Mapping[str, Block | None], ports: Mapping[Port, Port] | None = None) -> Network:
@@ -125,6 +126,61 @@ def merge_into_ground(network: Network, name: str) -> Network | None:
     result = rebuilt(network, {name: None}, place)
     result.joined = [j for j in result.joined if not all(p.block.shared for p in j.ports)]
     return result
+
+
+def held_together(network: Network, ports: tuple[Port, ...]) -> Network | None:
+    """Hold parts that all give velocity together by multipliers instead of a joint of which one gives.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    ports : tuple of Port
+        Of the junction of translation: the parts hang on the first that can only give.
+
+    Returns
+    -------
+    Network or None
+        A new one, with a block :class:`RigidJoint` for each of the others that can only give; ``None`` if there are
+        none, or the parts are joined in another way than by a pin or a weld.
+    """
+    stiff = [p for p in ports if _only_gives(p) and p.anchor is not None]
+    joints = [j for j in network.joined if set(j.ports) == set(ports)]
+    if ports[0].domain is not TRANSLATION or len(stiff) < 2 or len(joints) != 1:
+        return None
+    hub, *others = sorted(stiff, key=lambda p: (not p.block.shared, p.path))
+    # a weld if the rotations meet in one junction too
+    turns = [p.anchor.rotation for p in (hub, *others) if p.anchor is not None and p.anchor.turns]
+    welds = [j for j in network.joined if len(turns) == len(stiff) and set(turns) <= set(j.ports)]
+    result = rebuilt(network, {})
+    result.joined.clear()
+    result.junction_of.clear()
+    for junction in network.joined:
+        if junction not in (*joints, *welds):
+            result.join(junction)
+    mounted = {joints[0]: [hub], **{w: [turns[0]] for w in welds}}
+    for other in others:
+        name = f"pin {hub.block.name} {other.block.name}"
+        while name in result.blocks:
+            name += " again"
+        joint = RigidJoint(name, turns=not welds)
+        result.blocks[name] = joint
+        result.join(Junction((other, joint.second), joints[0].made_by))
+        mounted[joints[0]].append(joint.first)
+        for weld in welds:
+            assert other.anchor is not None
+            result.join(Junction((other.anchor.rotation, joint.second_rotation), weld.made_by))
+            mounted[weld].append(joint.first_rotation)
+    gone = {*others, *turns}
+    for junction, hung in mounted.items():
+        takers = [p for p in junction.ports if p not in gone and p not in hung]
+        result.join(Junction((*hung, *takers), junction.made_by))
+    return result
+
+
+def _only_gives(port: Port) -> bool:
+    choices, _ = port.block.choices()
+    return next(not c.may_take for c in choices if c.port is port)
 
 
 def _rigid(network: Network, first: Anchor, second: Anchor) -> bool:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from phblocks.causality.conflicts import Conflict
-from phblocks.causality.edits import merge_into_ground, merged, rebuilt
+from phblocks.causality.edits import held_together, merge_into_ground, merged, rebuilt
 from phblocks.network import Network
+from phblocks.ports import Port
 
 if TYPE_CHECKING:
     from phblocks.causality.report import CausalityReport
@@ -178,7 +179,9 @@ def _states(report: CausalityReport) -> int:
 def _steps(report: CausalityReport) -> list[_Step]:
     """List changes for the first conflict that has any."""
     for conflict in report.conflicts:
-        steps = [*_alternatives(conflict), *_merges(report.network, conflict)][:TRIES]
+        steps = [*_alternatives(conflict), *_merges(report.network, conflict), *_multipliers(report.network, conflict)][
+            :TRIES
+        ]
         if steps:
             return steps
     return []
@@ -215,3 +218,17 @@ def _merges(network: Network, conflict: Conflict) -> Iterator[_Step]:
                 return merge_into_ground(network, name) or network
 
             yield _Step(f"leave out {first!r}, which cannot move, and attach to the ground what hangs on it", fix)
+
+
+def _multipliers(network: Network, conflict: Conflict) -> Iterator[_Step]:
+    """A joint force of its own for parts that all give velocity."""
+    places = {a.translation: None for p in conflict.junction.ports if (a := p.anchor) is not None}
+    for junction in network.joined:
+        ports = junction.ports
+        if set(places) & {p for p in ports if not p.block.shared} and held_together(network, ports) is not None:
+
+            def hold(network: Network, ports: tuple[Port, ...] = ports) -> Network:
+                return held_together(network, ports) or network
+
+            names = ", ".join(sorted({p.block.name for p in ports}))
+            yield _Step(f"hold {names} together by a multiplier (multiplier=True)", hold, index=2)

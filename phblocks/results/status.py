@@ -105,6 +105,8 @@ class Statistics:
         Of each accepted step, shape (steps,).
     preparation_seconds, loop_seconds : float
         Time before and in the time loop, s.
+    start_energy_change : float
+        Stored energy that the start gained when it was projected on the constraints, J; 0 if it satisfied them.
     """
 
     steps: int
@@ -112,13 +114,15 @@ class Statistics:
     newton_iterations: Ints
     preparation_seconds: float
     loop_seconds: float
+    start_energy_change: float = 0.0
 
     def __str__(self) -> str:
         """Summarise in one line."""
         mean = float(self.newton_iterations.mean()) if self.newton_iterations.size else 0.0
+        projected = f", start projected ({self.start_energy_change:+.3g} J)" if self.start_energy_change else ""
         return (
             f"{self.steps} steps, {mean:.2f} Newton iterations a step, {self.halvings} halvings, "
-            f"{self.loop_seconds:.3g} s"
+            f"{self.loop_seconds:.3g} s{projected}"
         )
 
 

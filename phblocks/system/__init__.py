@@ -1,8 +1,21 @@
 """The assembled system: its matrices, the configuration that modulates them, linear models of it."""
 
 from phblocks.system.angles import Angles
+from phblocks.system.constraints import consistent_start, find_constraints, require_independent
 from phblocks.system.linearization import Linearization
 from phblocks.system.parts import Connections, Input, Part, Site, State
 from phblocks.system.system import System
 
-__all__ = ["Angles", "Connections", "Input", "Linearization", "Part", "Site", "State", "System"]
+__all__ = [
+    "Angles",
+    "Connections",
+    "Input",
+    "Linearization",
+    "Part",
+    "Site",
+    "State",
+    "System",
+    "consistent_start",
+    "find_constraints",
+    "require_independent",
+]

@@ -28,6 +28,7 @@ from phblocks.errors import UnknownNameError
 from phblocks.export import write
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
+from phblocks.system.constraints import find_constraints
 from phblocks.system.linearization import Linearization, linearize, small_motions
 from phblocks.system.matrices import matrices_at
 from phblocks.system.motion import rigid_motion
@@ -182,6 +183,19 @@ class System:
         """For each state whether it stores energy; multipliers and states of stateless parts do not."""
         runs = [run for part in self.parts for run in part.form.runs]
         return np.repeat([r.energy != NO_ENERGY for r in runs], [r.positions.size for r in runs]).astype(bool)
+
+    @cached_property
+    def is_dae(self) -> bool:
+        """Whether E is singular: there are states without energy."""
+        return not self.carries_energy.all()
+
+    @cached_property
+    def constraint_names(self) -> tuple[str, ...]:
+        """The constraints that states with energy must satisfy, by the state without energy that each belongs to.
+
+        Empty if there are none: then the states without energy follow from the others (index 1, not 2).
+        """
+        return find_constraints(self).names if self.is_dae else ()
 
     @property
     def input_names(self) -> tuple[str, ...]:

@@ -1,0 +1,179 @@
+"""Constraints between states: multipliers and loops that the states without energy imply.
+
+With a for the states without energy and e for the others, rows a of the equations are ``0 = A_aa x_a + A_ae x_e +
+G_a u``, where ``A = J - R``. Every vector n with ``n^T A_aa = 0`` leaves a constraint ``n^T (A_ae x_e + G_a u) = 0``
+that the states with energy must satisfy from the start, and a multiplier that only its rate determines (index 2).
+If there is no such vector the states without energy follow from the others (index 1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+from phblocks.errors import ConstraintError
+from phblocks.system.parts import State
+from phblocks.system.scaling import state_scale
+from phblocks.triplets import Floats, Triplets
+
+if TYPE_CHECKING:
+    from phblocks.system.system import System
+
+#: What is smaller than this, relative to the largest, counts as zero in a rank.
+RANK = 1e-10
+#: A start that violates the constraints by less than this, relative, is left as it is.
+CONSISTENT = 1e-13
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """The constraints at a state, ``rows x + N^T (gravity + G u) = 0``, in scaled states.
+
+    Parameters
+    ----------
+    names : tuple of str
+        For each constraint the state without energy that it is the row of, or that weighs most in it.
+    rows : scipy.sparse.csr_array
+        Shape (constraints, n), each of length one; they act on ``x / scale``.
+    left : scipy.sparse.csr_array
+        N^T, shape (constraints, n): what combines the equations of the states without energy.
+    scale : numpy.ndarray
+        Shape (n,), the size of each state.
+    """
+
+    names: tuple[str, ...]
+    rows: sp.csr_array
+    left: sp.csr_array
+    scale: Floats
+
+
+def find_constraints(system: System, state: State | None = None) -> Constraints:
+    """Find the constraints at a state.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    state : State, optional
+        The initial configuration by default.
+
+    Returns
+    -------
+    Constraints
+        Those that hold nothing have a row of zeros.
+    """
+    at = system.start if state is None else state
+    n, scale = system.n, state_scale(system)
+    free = np.flatnonzero(~system.carries_energy)
+    units = sp.diags_array(scale)
+    A = sp.csr_array(units @ (system.J(at.x, at.theta) - system.R) @ units)
+    among = sp.csr_array(A[free][:, free])
+    among.eliminate_zeros()
+    count, label = connected_components(among, directed=False)
+    left, names = [], []
+    members: list[list[int]] = [[] for _ in range(count)]
+    for i, group in enumerate(label):
+        members[group].append(i)
+    for group in members:
+        block = among[group][:, group].toarray()
+        if len(group) == 1:
+            null = np.ones((1, 1)) if block[0, 0] == 0.0 else np.empty((1, 0))
+        else:
+            # each column of u beyond the rank combines the rows to zero
+            u, size, _ = np.linalg.svd(block)
+            null = u[:, int((size > RANK * size[0]).sum()) :]
+        for vector in null.T:
+            left.append(Triplets.of(len(left), free[group], values=vector))
+            names.append(system.state_names[free[group[int(np.abs(vector).argmax())]]])
+    combine = Triplets.join(left).csr((len(left), n))
+    rows = sp.csr_array(combine @ A @ sp.diags_array(system.carries_energy.astype(float)))
+    length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+    unit = sp.diags_array(1.0 / np.where(length > RANK, length, 1.0))
+    return Constraints(tuple(names), sp.csr_array(unit @ rows), sp.csr_array(unit @ combine @ units), scale)
+
+
+def require_independent(system: System, constraints: Constraints) -> None:
+    """Check that no constraint follows from the others.
+
+    Parameters
+    ----------
+    system : System
+        The system, for the message.
+    constraints : Constraints
+        Of it.
+
+    Raises
+    ------
+    ConstraintError
+        Naming a constraint that is redundant and those it follows from, or one that holds nothing.
+    """
+    if not constraints.names:
+        return
+    from scipy.linalg import qr, solve_triangular
+
+    used = np.unique(constraints.rows.indices)
+    matrix = constraints.rows[:, used].toarray().T
+    if not used.size:
+        matrix = np.zeros((1, len(constraints.names)))
+    upper, order = qr(matrix, mode="r", pivoting=True)
+    diagonal = np.abs(np.diag(upper))
+    rank = int((diagonal > RANK).sum())
+    if rank == len(constraints.names):
+        return
+    name = constraints.names[order[rank]]
+    weight = solve_triangular(upper[:rank, :rank], upper[:rank, rank]) if rank else np.empty(0)
+    others = [constraints.names[order[i]] for i in np.flatnonzero(np.abs(weight) > 1e-6)]
+    raise ConstraintError(
+        f"{name} of system {system.name!r}",
+        expected="constraints that do not follow from each other",
+        got=f"one that {' and '.join(others)} imply already" if others else "one that holds nothing with energy",
+        fix=(
+            "Take one of these joints away, or let it turn or slide."
+            if others
+            else "Join the part it belongs to: a circuit needs a Reference, a joint something that moves."
+        ),
+    )
+
+
+def consistent_start(system: System, state: State, u: Floats) -> tuple[State, float]:
+    """Project a start on the constraints in the energy norm: the least ``|x - x0|_E`` that satisfies them.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    state : State
+        The start as given.
+    u : numpy.ndarray
+        Inputs at the start, shape (n_inputs,).
+
+    Returns
+    -------
+    state : State
+        The same object if it satisfies the constraints already.
+    change : float
+        Stored energy after less before, J.
+    """
+    found = find_constraints(system, state)
+    if not found.names:
+        return state, 0.0
+    carries = system.carries_energy
+    x = np.where(carries, state.x, 0.0)
+    outside = found.left @ (system.gravity_force(state.theta) + system.G(state.theta) @ u)
+    scaled = x / found.scale
+    defect = found.rows @ scaled + outside
+    if np.abs(defect).max() <= CONSISTENT * (np.linalg.norm(scaled) + np.abs(outside).max()):
+        return state, 0.0
+    used = np.flatnonzero(carries)
+    units = sp.diags_array(found.scale[used])
+    factor = splu(sp.csc_array(units @ system.E[used][:, used] @ units))
+    columns = factor.solve(found.rows[:, used].T.toarray())
+    multiplier = np.linalg.lstsq(found.rows[:, used] @ columns, defect, rcond=RANK)[0]
+    new = state.x.copy()
+    new[used] -= found.scale[used] * (columns @ multiplier)
+    return State(new, state.theta, state.points), system.energy(new) - system.energy(state.x)
