@@ -5,7 +5,7 @@ import random
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import phblocks as ph
@@ -249,6 +249,7 @@ def test_halves_make_the_whole(curvature, at):
 # Order, size
 
 
+@settings(max_examples=25)
 @given(st.integers(0, 2**32))
 def test_conflicts_do_not_depend_on_the_order_of_adding(seed):
     def build(order):
