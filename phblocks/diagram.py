@@ -116,6 +116,7 @@ class Diagram:
                 fix="Choose another name for the source.",
             )
         self.network.blocks[block.name] = block
+        self.network.added[block.name] = f"add at {call_site()}"
         return block
 
     def pin(self, *anchors: Anchor, multiplier: bool = False) -> None:
@@ -204,6 +205,60 @@ class Diagram:
         """
         self._join("connect", ports)
 
+    def free(self, *places: Anchor | Port) -> None:
+        """Declare that nothing is joined to ports, now or later: force and moment are zero there.
+
+        A port that nobody joined is free anyway if it may give velocity; saying so keeps it from being joined by
+        mistake, and shows in the table of :meth:`check`.
+
+        Parameters
+        ----------
+        *places : Anchor or Port
+            Anchors, with all their ports, or single ports.
+
+        Raises
+        ------
+        PortInUseError
+            If one of them is joined already.
+        ForeignBlockError
+            If the block of one of them is not in the diagram.
+        DataError
+            If one of them is the ground's.
+        ArgumentTypeError
+            If one of them is neither an anchor nor a port.
+        """
+        ports = [port for place in places for port in (place.ports if isinstance(place, Anchor) else (place,))]
+        for port in ports:
+            self._require_port("free", port)
+            if port.block.shared:
+                raise DataError(
+                    f"free {port.path}",
+                    expected="a port of a block that can move",
+                    got=f"one of {port.block!r}",
+                    fix="The ground needs no declaration.",
+                )
+        self._require_unused(ports)
+        for port in ports:
+            self.network.join(Junction((port,), f"free at {call_site()}"))
+
+    def with_network(self, network: Network) -> Diagram:
+        """Make a diagram of another network, such as one with a repair.
+
+        Parameters
+        ----------
+        network : Network
+            Blocks and junctions; its ground is that of this diagram.
+
+        Returns
+        -------
+        Diagram
+            A new one; this one is not changed.
+        """
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.network = network
+        return other
+
     def expose(self, port: Port, name: str, imposes: str | None = None) -> None:
         """Open a port to the outside: one input and its power-conjugate output.
 
@@ -264,7 +319,7 @@ class Diagram:
             gives = not next(c.may_give for c in choices if c.port is port)
         else:
             gives = imposes == common
-        self.network.exposed.append(Exposure(name, port, gives))
+        self.network.exposed.append(Exposure(name, port, gives, made_by=f"expose at {call_site()}"))
 
     def check(self) -> CausalityReport:
         """Find out who gives and who takes at every junction.

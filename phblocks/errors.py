@@ -98,6 +98,30 @@ class CausalityError(PhblocksError, ValueError):
     code = "PH301"
 
 
+class DanglingPortError(CausalityError):
+    """A port that can only take is joined to nothing."""
+
+    code = "PH303"
+
+
+class OverdeterminedError(CausalityError):
+    """Two ports of a junction give the common quantity."""
+
+    code = "PH304"
+
+
+class UnderdeterminedError(CausalityError):
+    """No port of a junction gives the common quantity."""
+
+    code = "PH305"
+
+
+class HeldPortError(CausalityError):
+    """An exposed quantity acts on nothing, because the ground or another opening holds the junction."""
+
+    code = "PH306"
+
+
 class ConstraintError(PhblocksError, ValueError):
     """A constraint follows from others, or holds nothing."""
 

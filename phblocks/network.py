@@ -71,6 +71,8 @@ class Network:
         In the order of making.
     junction_of : dict of Port to Junction
         Where each joined port is; the ground's ports, which may be in many, left out.
+    added : dict of str to str
+        The call that added each block, such as ``"add at four_bar.py:12"``, by name.
     """
 
     name: str
@@ -80,6 +82,7 @@ class Network:
     joined: list[Junction] = field(default_factory=list)
     exposed: list[Exposure] = field(default_factory=list)
     junction_of: dict[Port, Junction] = field(default_factory=dict)
+    added: dict[str, str] = field(default_factory=dict)
 
     def join(self, junction: Junction) -> None:
         """Add a junction.
@@ -120,7 +123,9 @@ class Network:
             if not block.shared:
                 for port in block.ports.values():
                     if port not in self.junction_of:
-                        junctions.append(Junction((port,), "not joined", tuple(at.get(port, ()))))
+                        call = self.added.get(block.name)
+                        made_by = f"not joined; {call}" if call else "not joined"
+                        junctions.append(Junction((port,), made_by, tuple(at.get(port, ()))))
         return junctions
 
     def graph(self) -> nx.MultiGraph[str]:

@@ -219,6 +219,8 @@ class Exposure:
         Components are in the frame of the anchor that is acted on, and turn with it; otherwise in the fixed frame.
     signal : callable, array_like or None
         What is imposed if the simulation is given nothing else, as a constant or a function of time.
+    made_by : str
+        The call that made it, such as ``"expose at four_bar.py:12"``; empty for that of a source.
     """
 
     name: str
@@ -226,3 +228,4 @@ class Exposure:
     gives: bool
     follows: bool = False
     signal: Callable[[float], ArrayLike] | ArrayLike | None = None
+    made_by: str = ""

@@ -32,7 +32,7 @@ def test_junctions_made_come_first_and_every_lonely_port_is_one_of_its_own(frame
         "b.end.translation",
         "b.end.rotation",
     ]
-    assert [j.made_by for j in junctions[3:]] == ["not joined"] * 4
+    assert all(j.made_by.startswith("not joined; add at test_network.py:") for j in junctions[3:])
     assert [j.domain.name for j in junctions[:2]] == ["translation", "rotation"]
 
 

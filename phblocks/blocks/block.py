@@ -86,6 +86,22 @@ CONFIGURATION = "configuration"
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """Another version of a block, with the same ports.
+
+    Parameters
+    ----------
+    block : Block
+        Of the same name.
+    what : str
+        What is different, such as "let beam 'a' choose its ends".
+    """
+
+    block: Block
+    what: str
+
+
+@dataclass(frozen=True)
 class StateRun:
     """Consecutive states of one component of one field.
 
@@ -504,6 +520,16 @@ class Block(ABC):
         Form
             The block in its own coordinates.
         """
+
+    def alternatives(self) -> Sequence[Alternative]:
+        """List other versions of the block whose ports have more choice, for repairs.
+
+        Returns
+        -------
+        sequence of Alternative
+            None unless the block says otherwise.
+        """
+        return ()
 
     def exposures(self) -> Sequence[Exposure]:
         """List the openings to the outside that the block brings along: those of a source.

@@ -13,7 +13,7 @@ from phblocks.blocks.beam.form import BeamForm, beam_form, fraction
 from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.beam.tensors import Variant
-from phblocks.blocks.block import Block, BlockPoint, PortChoice, Tie
+from phblocks.blocks.block import Alternative, Block, BlockPoint, PortChoice, Tie
 from phblocks.blocks.checks import require_point, require_positive, require_real
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor
@@ -107,6 +107,7 @@ class Beam(Block):
         self.start_angle = math.atan2(chord[1], chord[0]) - 0.5 * self.curvature * self.length
         self.boundaries = _fractions(name, elements) * self.length
         self.ends = parse_causality(f"Beam {name!r} causality", causality)
+        self.switch_at = switch_at
         self.switch_element = self._nearest_boundary(switch_at)
         if self.ends is not None and self.ends[0] != self.ends[1] and self.elements == 1:
             raise DataError(
@@ -174,6 +175,76 @@ class Beam(Block):
             for a, b in zip(self.start.ports, self.end.ports, strict=True)
         ]
         return choices, ties
+
+    def alternatives(self) -> Sequence[Alternative]:
+        """List versions with more choice: ends that choose, and elements enough for a switch.
+
+        Returns
+        -------
+        sequence of Alternative
+            None if the beam is free to choose already.
+        """
+        chosen = f' (causality="auto", was "{"-".join(END_NAMES[e] for e in self.ends)}")' if self.ends else ""
+        first = f"let beam {self.name!r} choose its ends{chosen}"
+        result = [Alternative(self._like(self.name, self._fractions), first)] if self.ends else []
+        if self.elements == 1:
+            what = f"give beam {self.name!r} two elements" + (f" and {first}" if self.ends else "")
+            result.append(Alternative(self._like(self.name, np.array([0.0, 0.5, 1.0])), what))
+        return result
+
+    def split(self, at: float) -> tuple[Beam, Beam]:
+        """Cut the beam in two: blocks of their own, to be joined with ``weld(first.end, second.start)``.
+
+        Parameters
+        ----------
+        at : float
+            Where, as a fraction of the length. An element that is cut becomes two.
+
+        Returns
+        -------
+        tuple of Beam
+            From start to the cut and from there to the end, named such as ``"crank-1"`` and ``"crank-2"``. Section,
+            degree, curvature and element boundaries are kept; all ends choose their causality.
+
+        Raises
+        ------
+        DataError
+            If at is not between 0 and 1.
+        """
+        where = f"Beam {self.name!r} split at"
+        if not 0.0 < require_real(where, at) < 1.0:
+            raise DataError(
+                where, expected="a fraction between 0 and 1", got=repr(at), fix="0.5 cuts it in the middle."
+            )
+        inner = self._fractions[1:-1]
+        inner = inner[np.abs(inner - at) > 1e-9]
+        low, high = inner[inner < at], inner[inner > at]
+        pieces = np.array([0.0, *low / at, 1.0]), np.array([0.0, *(high - at) / (1.0 - at), 1.0])
+        cut = self._start + _arc(self.curvature, self.start_angle, at * self.length)
+        ends = (self._start, cut), (cut, self._end)
+        return (
+            self._like(f"{self.name}-1", pieces[0], *ends[0]),
+            self._like(f"{self.name}-2", pieces[1], *ends[1]),
+        )
+
+    @property
+    def _fractions(self) -> Floats:
+        fractions = self.boundaries / self.length
+        fractions[-1] = 1.0
+        return fractions
+
+    def _like(self, name: str, elements: Floats, start: Floats | None = None, end: Floats | None = None) -> Beam:
+        """Make a beam of the same kind whose ends choose."""
+        return Beam(
+            name,
+            self.section,
+            self._start if start is None else start,
+            self._end if end is None else end,
+            elements,
+            degree=self.degree,
+            curvature=self.curvature,
+            switch_at=self.switch_at,
+        )
 
     def mesh(self, start: End, end: End) -> Mesh:
         """Number the states for given causalities of the ends.
@@ -260,6 +331,13 @@ def _curvature(name: str, curvature: float | None, chord: float) -> float:
             fix="The circle must reach from start to end; split a longer arc into several beams.",
         )
     return curvature
+
+
+def _arc(curvature: float, angle: float, s: float) -> Floats:
+    """The vector from the start of an arc to its point at s."""
+    half = 0.5 * curvature * s
+    chord = s * float(np.sinc(half / np.pi))
+    return chord * np.array([math.cos(angle + half), math.sin(angle + half)])
 
 
 def _arc_length(curvature: float, chord: float) -> float:
