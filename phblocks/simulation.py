@@ -20,7 +20,11 @@ from phblocks.results.status import Statistics, Status
 from phblocks.solvers.midpoint import Midpoint, MidpointStepper
 from phblocks.solvers.step import Step
 from phblocks.system import State, System, consistent_start
-from phblocks.triplets import Floats, real_array
+from phblocks.system.states import require_state
+from phblocks.triplets import Floats
+
+#: A run of more steps is taken for a mistake in its arguments.
+MOST_STEPS = 1e9
 
 Signal = Callable[[float], ArrayLike] | ArrayLike
 
@@ -55,7 +59,8 @@ def simulate(
     method : Midpoint, optional
         Time method with its options, ``Midpoint()`` by default.
     start : State, optional
-        Where to start from, see :func:`phblocks.rigid_motion`; the initial configuration at rest by default.
+        Where to start from, see ``system.rigid_motion`` and ``solution.at``; the initial configuration at rest by
+        default.
     inputs : mapping, optional
         For each exposed port (by the name given in ``expose``) a constant or a function of time, s; scalars for
         scalar ports, arrays of shape (dimension,) in the fixed frame for vectors. A force or moment that is not
@@ -96,7 +101,7 @@ def simulate(
         if wrong or value < least:
             error = ArgumentTypeError if wrong else DataError
             raise error(f"simulate {name}", expected=f"an integer >= {least}", got=repr(value), fix="Correct it.")
-    state = system.start if start is None else _require_state(system, start)
+    state = system.start if start is None else require_state(system, start, "simulate start")
     drive = Drive(system, {} if inputs is None else inputs)
     clock = perf_counter()
     change = 0.0
@@ -106,6 +111,13 @@ def simulate(
     stepper = method.prepare(system)
     recorder = Recorder(system, stepper.stage, stepper.weights, 0.0, state)
     run = _Run(stepper, drive, stepper.stage.pack(state.x), state.theta, max_halvings)
+    if t_end / dt > MOST_STEPS:
+        raise DataError(
+            "simulate dt",
+            expected=f"at most {MOST_STEPS:g} steps in a run",
+            got=f"{t_end / dt:.3g}",
+            fix="t_end comes first, then dt, both in s.",
+        )
     steps = max(1, math.ceil(t_end / dt - 1e-9))
     preparation, clock = perf_counter() - clock, perf_counter()
     with tqdm(
@@ -153,7 +165,7 @@ class _Run:
 
     def advance(self, t0: float, length: float, t1: float, recorder: Recorder, save: bool) -> bool:
         """Go from t0 to t1 = t0 + length, in one step if possible; say whether t1 was reached."""
-        done, parts = 0, 1  # the interval is cut into `parts`, of which `done` are behind us
+        done, parts, t = 0, 1, t0  # the interval is cut into `parts`, of which `done` are behind us
         while done < parts:
             h = length / parts
             t = t0 + done * h
@@ -161,11 +173,13 @@ class _Run:
                 u = self.drive.at([t + c * h for c in self.stepper.nodes])
             except NotFinite as error:
                 self.status = Status.input_not_finite(error.time, error.name)
+                recorder.save_last(t)
                 return False
             step = self.stepper.step(self.x, self.theta, h, u)
             if step is None:
                 if parts >= 2**self.max_halvings:
                     self.status = Status.step_failed(t, h)
+                    recorder.save_last(t)
                     return False
                 done, parts = 2 * done, 2 * parts
                 self.halvings += 1
@@ -190,28 +204,3 @@ def _require_time(name: str, value: object, least: float) -> None:
     if not (math.isfinite(float(value)) and enough):
         expected = "a time > 0 s" if least == 0.0 else f"at least one step, {least} s"
         raise DataError(f"simulate {name}", expected=expected, got=repr(value), fix="Correct it.")
-
-
-def _require_state(system: System, state: State) -> State:
-    if not isinstance(state, State):
-        raise ArgumentTypeError("simulate start", expected="a State", got=type(state).__name__, fix="Make a ph.State.")
-    arrays = []
-    for name in ("x", "theta", "points"):
-        given, shape = getattr(state, name), getattr(system.start, name).shape
-        value = real_array(given)
-        if value is None:
-            raise ArgumentTypeError(
-                f"simulate start.{name}",
-                expected=f"numbers of shape {shape}",
-                got=type(given).__name__,
-                fix="Start from system.start and change what differs.",
-            )
-        if value.shape != shape or not np.isfinite(value).all():
-            raise DataError(
-                f"simulate start.{name}",
-                expected=f"finite numbers of shape {shape}",
-                got=f"shape {value.shape}" if value.shape != shape else "numbers that are not finite",
-                fix="Start from system.start and change what differs.",
-            )
-        arrays.append(value)
-    return State(*arrays)

@@ -313,6 +313,16 @@ class Form:
         """
         raise DataError(where, expected="a block with places", got=repr(s), fix="Ask for its states by name.")
 
+    def outline(self) -> Sequence[Place]:
+        """List places in the order in which a line drawn through them shows the block.
+
+        Returns
+        -------
+        sequence of Place
+            None for a block without extension.
+        """
+        return ()
+
     def velocity(self, history: History, place: Place) -> Floats:
         """Read the velocity of a place, in the material frame there.
 

@@ -46,10 +46,13 @@ class BodyForm(Form):
         Initial orientation, rad.
     centre : numpy.ndarray
         Initial position of the centre of mass, shape (2,), m.
+    places : tuple of Place
+        The anchors, for drawing.
     """
 
     start_angle: float = field(kw_only=True)
     centre: Floats = field(kw_only=True)
+    places: tuple[Place, ...] = field(kw_only=True, default=())
     base: ClassVar[Place] = (0.0, 0.0)
 
     def place(self, s: object, where: str) -> Place:
@@ -75,6 +78,16 @@ class BodyForm(Form):
             If it is not made of numbers.
         """
         return tuple(require_point(where, s).tolist())  # type: ignore[arg-type]  # checked there
+
+    def outline(self) -> Sequence[Place]:
+        """List the anchors, each joined to the centre of mass; see :meth:`Form.outline`.
+
+        Returns
+        -------
+        sequence of Place
+            Coordinates in the frame of the body, m.
+        """
+        return tuple(p for place in self.places for p in (self.base, place)) or (self.base,)
 
     def value(self, history: History, name: str, place: Place) -> Floats:
         """Read a state; see :meth:`Form.value`.
@@ -375,6 +388,7 @@ class RigidBody(Block):
             points=_centre_of_mass(self.mass, self.start),
             start_angle=self.angle,
             centre=self.start,
+            places=tuple(a.place for a in self._anchors.values()),
         )
 
 

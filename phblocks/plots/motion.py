@@ -18,8 +18,6 @@ from phblocks.triplets import Floats, Ints
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Places on each block through which its bent shape is drawn.
-PLACES = np.linspace(0.0, 1.0, 21)
 #: Snapshots, if no times are given.
 SNAPSHOTS = 6
 #: Of paths; snapshots run from violet to green.
@@ -148,7 +146,7 @@ def _shapes(solution: Solution, shown: Ints) -> Floats:
     lines = []
     for part in solution.system.parts:
         if part.form.points is not None:
-            lines += [solution.position(part.name, s)[shown] for s in PLACES]
+            lines += [solution.position(part.name, s)[shown] for s in part.form.outline()]
             lines.append(np.full_like(lines[-1], np.nan))
     if not lines:
         raise DataError(

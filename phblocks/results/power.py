@@ -12,7 +12,7 @@ from phblocks.system import System
 from phblocks.triplets import Floats
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PowerLedger:
     """Energies exchanged since the start, at the saved times.
 
@@ -82,6 +82,10 @@ class PowerLedger:
         named = {**self.block_errors, **{" -> ".join(k): v for k, v in self.connection_errors.items()}}
         name = max(named, key=lambda key: named[key], default="")
         return name, named.get(name, 0.0)
+
+    def __repr__(self) -> str:
+        """Return the table."""
+        return str(self)
 
     def __str__(self) -> str:
         """Format the balance of each block at the end as a table."""

@@ -20,7 +20,7 @@ from phblocks.triplets import Floats, Ints, Triplets
 CHUNK = 128
 
 
-@dataclass
+@dataclass(repr=False)
 class Ledger:
     """Energies since the start at the saved times, and how well each step balances.
 
@@ -58,7 +58,7 @@ class Ledger:
     connection_error: Floats
 
 
-@dataclass
+@dataclass(repr=False)
 class Recording:
     """Arrays at the saved times.
 
@@ -139,9 +139,20 @@ class Recorder:
         save_at : float or None
             Time of its end if it is to be saved, s.
         """
-        self._steps.append((step, save_at))
         if len(self._steps) >= CHUNK:
             self._flush()
+        self._steps.append((step, save_at))
+
+    def save_last(self, t: float) -> None:
+        """Save the last accepted step after all, for a run that ends early.
+
+        Parameters
+        ----------
+        t : float
+            Time of its end, s.
+        """
+        if self._steps and self._steps[-1][1] is None:
+            self._steps[-1] = (self._steps[-1][0], t)
 
     def finish(self) -> Recording:
         """Evaluate what is left.

@@ -10,13 +10,14 @@ from typing import Literal
 import numpy as np
 
 from phblocks.blocks.block import CONFIGURATION, NO_ENERGY, Block, BlockPoint, History
+from phblocks.blocks.checks import require_real
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.ports import Anchor, Place
 from phblocks.results.kinematics import Base, bases, history_of
 from phblocks.results.power import PowerLedger
 from phblocks.results.recording import Recording
 from phblocks.results.status import EnergySeries, Statistics, Status
-from phblocks.system import Part, System
+from phblocks.system import Part, State, System
 from phblocks.triplets import Floats
 
 Source = Literal["velocity", "strain"]
@@ -24,7 +25,7 @@ Frame = Literal["fixed", "material"]
 Target = Block | BlockPoint | Anchor | str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Solution:
     """States, positions, energies and powers of a run.
 
@@ -44,6 +45,39 @@ class Solution:
     recording: Recording
     status: Status
     statistics: Statistics
+
+    def __repr__(self) -> str:
+        """Say how far the run went and how it ended."""
+        return f"<Solution of {self.system.name!r}: {self.t.size} times to {self.t[-1]:g} s, {self.status.name}>"
+
+    def at(self, time: float) -> State:
+        """Return everything that evolves at a saved time, to start again from or to linearise about.
+
+        Parameters
+        ----------
+        time : float
+            s; the nearest saved time is taken.
+
+        Returns
+        -------
+        State
+            For ``simulate(..., start=...)``, ``system.linearize``, ``system.modes`` and ``system.export``.
+
+        Raises
+        ------
+        DataError
+            If the time is outside the run.
+        """
+        t = require_real("solution.at time", time)
+        if not self.t[0] - 1e-9 <= t <= self.t[-1] * (1.0 + 1e-9) + 1e-9:
+            raise DataError(
+                "solution.at time",
+                expected=f"a time from {self.t[0]:g} s to {self.t[-1]:g} s",
+                got=repr(time),
+                fix="Ask for a time within the run.",
+            )
+        i = int(np.abs(self.t - t).argmin())
+        return State(self.recording.x[i], self.recording.theta[i], self.recording.points[i])
 
     @property
     def t(self) -> Floats:
@@ -75,7 +109,10 @@ class Solution:
         """
         if not isinstance(name, str) or name not in self._places:
             raise UnknownNameError(
-                "state", expected="one of system.state_names", got=repr(name), fix="For example crank.V1[0]."
+                "state",
+                expected="one of system.state_names",
+                got=repr(name),
+                fix=f"For example {self.system.state_names[0]}.",
             )
         return self.x[:, self._places[name]]
 
@@ -206,6 +243,10 @@ class Solution:
     def force(self, target: Target, s: Place | None = None, frame: Frame = "material") -> Floats:
         """Return the internal force of a beam: axial and shear force in the material frame.
 
+        Where the force is discontinuous (towards an end that takes force) it is a polynomial of degree k - 1 in each
+        element: at degree 1 a constant, which at the end itself is half an element off. The side of a joint that
+        takes velocity has the exact value.
+
         Parameters
         ----------
         target : Block, BlockPoint, Anchor or str
@@ -227,6 +268,9 @@ class Solution:
 
     def moment(self, target: Target, s: Place | None = None) -> Floats:
         """Return the internal bending moment of a beam.
+
+        Where the moment is discontinuous (towards an end that takes moment) it is a polynomial of degree k - 1 in
+        each element: at degree 1 a constant, which at the end itself is half an element off.
 
         Parameters
         ----------

@@ -35,12 +35,12 @@ from phblocks.system.constraints import find_constraints
 from phblocks.system.linearization import Linearization, linearize, small_motions
 from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
-from phblocks.system.motion import rigid_motion
 from phblocks.system.parts import Connections, Input, Part, Site, State
+from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.triplets import Floats, Ints, Triplets
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System:
     """A diagram in matrices.
 
@@ -123,6 +123,11 @@ class System:
     point_angles: Angles
     start: State
     report: object = field(repr=False)
+
+    def __repr__(self) -> str:
+        """Count what the system has."""
+        blocks = sum(part.form.size > 0 for part in self.parts)
+        return f"<System {self.name!r}: {self.n} states of {blocks} blocks, {self.n_inputs} inputs>"
 
     @property
     def n(self) -> int:
@@ -372,15 +377,24 @@ class System:
         -------
         Linearization
             Its states are x, and theta where the right-hand side depends on it.
+
+        Raises
+        ------
+        DataError
+            If the state or the input does not fit.
+        ArgumentTypeError
+            If one of them is of the wrong kind.
         """
-        return linearize(self, state, u)
+        state = None if state is None else require_state(self, state, "linearize state")
+        return linearize(self, state, None if u is None else require_input(self, u, "linearize u"))
 
     def small_motions(self) -> System:
         """Return the linear system for small motions about the initial configuration.
 
         The products of states (T) are dropped, and joints, ports and gravity keep their initial angles; a step
         then costs one back-substitution. Valid for turns and spins that are small: it has no centrifugal
-        stiffening and no buckling.
+        stiffening and no buckling, and gravity does not turn with the parts, so that a pendulum does not swing. Where
+        that matters, use :meth:`linearize`.
 
         Returns
         -------
@@ -389,7 +403,7 @@ class System:
         """
         return small_motions(self)
 
-    def modes(self, n: int, state: State | None = None) -> Modes:
+    def modes(self, n: int, state: State | None = None, u: Floats | None = None) -> Modes:
         """Find the lowest natural frequencies of the linearisation about a state.
 
         Parameters
@@ -397,7 +411,10 @@ class System:
         n : int
             How many; fewer are returned if there are fewer.
         state : State, optional
-            The initial configuration at rest by default.
+            The initial configuration at rest by default. A loaded state is an equilibrium only together with the
+            inputs that hold it: give them too.
+        u : numpy.ndarray, optional
+            Inputs there, shape (n_inputs,); zero by default.
 
         Returns
         -------
@@ -407,9 +424,9 @@ class System:
         Raises
         ------
         DataError
-            If n is not a positive integer.
+            If n is not a positive integer, or a state or input does not fit.
         """
-        linear = self.linearize(state)
+        linear = self.linearize(state, u)
         return find_modes(linear.E, linear.A, n)
 
     def rigid_motion(
@@ -469,8 +486,11 @@ class System:
         ------
         ExportError
             If the suffix is unknown or the file cannot be written.
+        DataError
+            If the state or the input does not fit.
         """
-        return write(matrices_at(self, state, u), path)
+        state = None if state is None else require_state(self, state, "export state")
+        return write(matrices_at(self, state, None if u is None else require_input(self, u, "export u")), path)
 
     def energy(self, x: Floats) -> float:
         """Evaluate the stored energy, without the potential of gravity.

@@ -8,6 +8,7 @@ an element off at the ends.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -73,6 +74,16 @@ class BeamForm(Form):
             If it is not a number from 0 to 1.
         """
         return fraction(s, where)
+
+    def outline(self) -> Sequence[Place]:
+        """List places along the beam; see :meth:`Form.outline`.
+
+        Returns
+        -------
+        sequence of Place
+            Equally spaced from start to end.
+        """
+        return tuple(np.linspace(0.0, 1.0, 21).tolist())
 
     def value(self, history: History, name: str, place: Place) -> Floats:
         """Read a component of a field; see :meth:`Form.value`.

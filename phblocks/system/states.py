@@ -1,4 +1,4 @@
-"""Starts that move."""
+"""States given by users: starts that move, and checks."""
 
 from __future__ import annotations
 
@@ -73,3 +73,78 @@ def _require(where: str, value: object, shape: tuple[int, ...]) -> Floats:
     if array.shape != shape or not np.isfinite(array).all():
         raise DataError(where, expected=f"finite numbers of shape {shape}", got=repr(array.tolist()), fix="Correct it.")
     return array
+
+
+def require_state(system: System, state: State, where: str) -> State:
+    """Return a state if it fits a system.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    state : State
+        The candidate.
+    where : str
+        What it is, for the message.
+
+    Returns
+    -------
+    State
+        With arrays of floats.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not a state, or not of numbers.
+    DataError
+        If an array has the wrong shape or a value is not finite.
+    """
+    if not isinstance(state, State):
+        raise ArgumentTypeError(where, expected="a State", got=type(state).__name__, fix="Make a ph.State.")
+    arrays = []
+    for name in ("x", "theta", "points"):
+        given, shape = getattr(state, name), getattr(system.start, name).shape
+        value = real_array(given)
+        if value is None:
+            raise ArgumentTypeError(
+                f"{where}.{name}",
+                expected=f"numbers of shape {shape}",
+                got=type(given).__name__,
+                fix="Start from system.start and change what differs.",
+            )
+        if value.shape != shape or not np.isfinite(value).all():
+            raise DataError(
+                f"{where}.{name}",
+                expected=f"finite numbers of shape {shape}",
+                got=f"shape {value.shape}" if value.shape != shape else "numbers that are not finite",
+                fix="Start from system.start and change what differs.",
+            )
+        arrays.append(value)
+    return State(*arrays)
+
+
+def require_input(system: System, u: object, where: str) -> Floats:
+    """Return a vector of inputs if it fits a system.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    u : object
+        The candidate.
+    where : str
+        What it is, for the message.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (n_inputs,).
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not made of numbers.
+    DataError
+        If it has the wrong shape or a value is not finite.
+    """
+    return _require(where, u, (system.n_inputs,))
