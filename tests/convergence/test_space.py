@@ -36,7 +36,7 @@ def test_reference_is_converged(position):
     ],
 )
 def test_order_in_h(position, degree, meshes, last):
-    """At degree k order k + 1 or more, from 1e-5 or above to below 1e-6 (the issue); fit over all four meshes.
+    """At degree k order k + 1 or more, from 1e-5 or above to below 1e-6 (specified); fit over all four meshes.
 
     Measured: 2.00, 3.7 and 4.1 from velocity, 2.00, 3.9 and 5.2 from strain. 0.02 are allowed for the fit at degree
     1, where order k + 1 is met with nothing to spare. Last errors are bounded by 1.1 to 1.2 times the measured ones.

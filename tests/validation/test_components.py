@@ -73,7 +73,7 @@ def test_matrices_are_a_slice(start, end, degree, curvature):
 
 @pytest.mark.parametrize(("start", "end", "degree", "curvature"), CASES)
 def test_planar_motion_of_twelve_components(start, end, degree, curvature):
-    """40 steps of a strongly bent, fast planar motion agree to 1e-12 (physics.md, section 1) and stay in the plane."""
+    """40 steps of a strongly bent, fast planar motion agree to 1e-12 and stay in the plane."""
     plane, space = (Dense(s, start, end, degree, curvature) for s in (PLANAR, SPATIAL))
     place = np.array([space.names.index(name) for name in plane.names])
     size = {"V": 3.0, "W": 1.0, "N": 500.0, "M": 40.0}  # strain 0.05, curvature 0.4 1/m
@@ -125,7 +125,7 @@ def test_motion_in_the_other_plane(degree):
     [(("V1", "N1"), Space("bar", (0,), ())), (("W1", "M1"), Space("rod", (), (0,)))],
 )
 def test_bars_and_rods_are_slices_too(components, space):
-    """An axial bar is V1 N1, a torsion rod W1 M1 (physics.md, section 1): linear, entries equal to the spatial ones."""
+    """An axial bar is V1 N1, a torsion rod W1 M1 of spatial beams: linear, entries equal to the spatial ones."""
     small, full = (Dense(s, (True, True), (True, True), 2, 0.0) for s in (space, SPATIAL))
     assert set(small.field) == set(components)
     assert not small.T.any()

@@ -61,7 +61,7 @@ def test_energy_and_momentum(run):
     """Loads on: the balance of each step (measured: 2e-15); loads off: energy as it is (2e-14).
 
     Linear momentum after the pulse is 8 N * 2.5 s along x. In the material frame it is kept up to the error of time
-    only (physics.md, section 5): measured 8.8e-3 N s at dt = 0.01, a quarter of that at half the step.
+    only (docs/theory.md): measured 8.8e-3 N s at dt = 0.01, a quarter of that at half the step.
     """
     solution = run(0.01)
     total = solution.energy.total

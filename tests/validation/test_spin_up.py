@@ -8,7 +8,7 @@ import pytest
 import phblocks as ph
 
 LENGTH, RAMP = 10.0, 15.0
-EXTENSION = 5.1395e-4  # m, in the direction of the root; the issue's number
+EXTENSION = 5.1395e-4  # m, in the direction of the root; specified
 
 
 def root_angle(t):
@@ -54,7 +54,7 @@ def tip(solution, source):
 
 @pytest.mark.parametrize(("dt", "tolerance"), [(0.01, 0.002), (0.05, 0.01)])
 def test_steady_extension(references, run, dt, tolerance):
-    """Mean from 15 s on, position from strain: the issue's 0.2 % at dt 0.01 and 1 % at 0.05.
+    """Mean from 15 s on, position from strain: specified 0.2 % at dt 0.01 and 1 % at 0.05.
 
     Measured: 5.13950e-4 and 5.1386e-4 m. The distance of the tip from the root, which the small lag that remains
     does not shorten, against the exact steady extension: 5.1428e-4 m, 8e-5 off.
@@ -77,7 +77,7 @@ def test_largest_lag(references, run):
 
 
 def test_position_from_velocity_pays_for_rotation(run):
-    """The chord error of relative size (omega dt)^2 / 24 of 10 m (physics.md, section 5): 1.5e-3 and 3.75e-2 m.
+    """The chord error of relative size (omega dt)^2 / 24 of 10 m (docs/theory.md): 1.5e-3 and 3.75e-2 m.
 
     So the difference of the two positions measures the error of time: it is this to 0.03 % and 0.24 % (measured).
     """
