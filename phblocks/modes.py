@@ -15,6 +15,12 @@ Complexes = NDArray[np.complex128]
 
 #: Up to this size dense eigenvalues are taken: all of them, and nothing to tune.
 DENSE = 800
+#: The same for systems that are not skew: under gravity, in motion, with damping.
+DENSE_GENERAL = 1500
+#: Round-off in an eigenvalue, in units of eps * size * condition.
+SCATTER = 100.0
+#: Relative size below which an iterative eigenvalue of a system that is not skew is taken for a scattered zero.
+DEFECTIVE = 1e-7
 
 
 @dataclass(frozen=True)
@@ -29,11 +35,15 @@ class Modes:
         Shape (m,), 1/s; negative if damped, zero for an undamped system at rest.
     shapes : numpy.ndarray
         Complex, shape (states, m), of unit energy: ``1/2 w^H E w = 1``.
+    diverging : numpy.ndarray
+        Growth rates above zero of motions that do not oscillate, 1/s, descending: the state is unstable if there are
+        any.
     """
 
     frequencies: Floats
     growth: Floats
     shapes: Complexes
+    diverging: Floats
 
     @property
     def hertz(self) -> Floats:
@@ -45,8 +55,10 @@ def find_modes(E: sp.csr_array, A: sp.csr_array, n: int) -> Modes:
     """Find the lowest natural frequencies of ``E w' = A w``.
 
     Where A is skew (an undamped system at rest) the problem ``-1j A w = omega E w`` is Hermitian and is solved as
-    such: frequencies are real, and shapes are orthogonal in E. Systems of more than 800 states are solved by
-    shift-and-invert Lanczos or Arnoldi (ARPACK) about frequency zero.
+    such: frequencies are real, and shapes are orthogonal in E. Systems of more than 800 states (1500 if not skew) are
+    solved by shift-and-invert Lanczos or Arnoldi (ARPACK) about frequency zero; of a system that is not skew only
+    frequencies above 1e-7 of the largest are told from zero there. Frequencies that round-off could have made of a
+    zero (rigid motions under gravity are a defective one) are left out.
 
     Parameters
     ----------
@@ -74,22 +86,23 @@ def find_modes(E: sp.csr_array, A: sp.csr_array, n: int) -> Modes:
     if idle.any():
         E_e, A_e, back = _without_idle(E, A, idle)
         if not E_e.shape[0]:
-            return Modes(np.empty(0), np.empty(0), np.empty((idle.size, 0), dtype=complex))
+            return Modes(np.empty(0), np.empty(0), np.empty((idle.size, 0), dtype=complex), np.empty(0))
         found = find_modes(E_e, A_e, n)
-        return Modes(found.frequencies, found.growth, back @ found.shapes)
+        return Modes(found.frequencies, found.growth, back @ found.shapes, found.diverging)
     scale = sp.diags_array(1.0 / np.sqrt(E.diagonal()))  # one size for forces and velocities
     E, A = sp.csc_array(scale @ E @ scale), sp.csc_array(scale @ A @ scale)
     largest = float(np.sqrt((A.multiply(A)).sum(axis=1).max(initial=0.0)))
     skew = np.abs((A + A.T).data).max(initial=0.0) <= 1e-14 * largest
-    if E.shape[0] <= DENSE:
-        values, shapes = _dense(E, A, skew)
+    if E.shape[0] <= (DENSE if skew else DENSE_GENERAL):
+        values, shapes, error = _dense(E, A, skew, largest)
     else:
-        values, shapes = _sparse(E, A, skew, n, largest)
-    order = np.argsort(values.imag)
-    order = order[values.imag[order] > 1e-12 * largest][:n]
+        values, shapes, error = _sparse(E, A, skew, n, largest)
+    above = np.flatnonzero(values.imag > error)
+    order = above[np.argsort(values.imag[above])][:n]
+    diverging = np.sort(values.real[(np.abs(values.imag) <= error) & (values.real > error)])[::-1]
     shapes = shapes[:, order]
     energy = 0.5 * np.einsum("im,im->m", shapes.conj(), E @ shapes).real
-    return Modes(values[order].imag, values[order].real, scale @ (shapes / np.sqrt(energy)))
+    return Modes(values[order].imag, values[order].real, scale @ (shapes / np.sqrt(energy)), diverging)
 
 
 def _without_idle(
@@ -125,30 +138,35 @@ def _without_idle(
     return sp.csr_array(E_y), sp.csr_array(A_y), size[:, None] * back
 
 
-def _dense(E: sp.csc_array, A: sp.csc_array, skew: bool) -> tuple[Complexes, Complexes]:
+def _dense(E: sp.csc_array, A: sp.csc_array, skew: bool, largest: float) -> tuple[Complexes, Complexes, Floats]:
+    """All eigenvalues, shapes, and a bound of the round-off in each eigenvalue."""
     from scipy.linalg import eig, eigh
 
     if skew:
         frequencies, shapes = eigh(-1j * A.toarray(), E.toarray())
-        return 1j * frequencies, shapes
-    values, shapes = eig(A.toarray(), E.toarray())
-    return values, shapes
+        return 1j * frequencies, shapes, np.full(frequencies.size, 1e-12 * largest)
+    values, left, shapes = eig(A.toarray(), E.toarray(), left=True, right=True)
+    # the condition of each eigenvalue: rigid motions are a defective zero, which round-off scatters far
+    overlap = np.abs(np.einsum("im,im->m", left.conj(), E @ shapes))
+    sizes = np.linalg.norm(left, axis=0) * np.linalg.norm(shapes, axis=0)
+    tiny = np.finfo(float).tiny
+    return values, shapes, SCATTER * np.finfo(float).eps * largest * sizes / np.maximum(overlap, tiny)
 
 
-def _sparse(E: sp.csc_array, A: sp.csc_array, skew: bool, n: int, largest: float) -> tuple[Complexes, Complexes]:
-    """Eigenvalues nearest to a small shift; ask for more until n of them are oscillations."""
+def _sparse(
+    E: sp.csc_array, A: sp.csc_array, skew: bool, n: int, largest: float
+) -> tuple[Complexes, Complexes, Floats]:
+    """Eigenvalues nearest to a small shift; where that is safe, ask for more until n of them are oscillations."""
     from scipy.sparse.linalg import eigs, eigsh
 
     size, wanted = E.shape[0], 2 * n + 12
-    shift = 1e-9 * largest
     start = np.random.default_rng(0).standard_normal(size).astype(complex)
+    if not skew:
+        values, shapes = eigs(A.astype(complex), min(2 * wanted, size - 2), M=E, sigma=1e-9j * largest, v0=start)
+        return values, shapes, np.full(values.size, DEFECTIVE * largest)
     while True:
         wanted = min(wanted, size - 2)
-        if skew:
-            frequencies, shapes = eigsh(-1j * A, wanted, M=E, sigma=shift, v0=start)
-            values = 1j * frequencies
-        else:
-            values, shapes = eigs(A.astype(complex), wanted, M=E, sigma=1j * shift, v0=start)
-        if (values.imag > 1e-12 * largest).sum() >= n or wanted >= size - 2:
-            return values, shapes
+        frequencies, shapes = eigsh(-1j * A, wanted, M=E, sigma=1e-9 * largest, v0=start)
+        if (frequencies > 1e-12 * largest).sum() >= n or wanted >= size - 2:
+            return 1j * frequencies, shapes, np.full(frequencies.size, 1e-12 * largest)
         wanted *= 2

@@ -111,11 +111,11 @@ def simulate(
     stepper = method.prepare(system)
     recorder = Recorder(system, stepper.stage, stepper.weights, 0.0, state)
     run = _Run(stepper, drive, stepper.stage.pack(state.x), state.theta, max_halvings)
-    if t_end / dt > MOST_STEPS:
+    if t_end > MOST_STEPS * dt:
         raise DataError(
             "simulate dt",
             expected=f"at most {MOST_STEPS:g} steps in a run",
-            got=f"{t_end / dt:.3g}",
+            got=f"t_end = {t_end!r} and dt = {dt!r}",
             fix="t_end comes first, then dt, both in s.",
         )
     steps = max(1, math.ceil(t_end / dt - 1e-9))

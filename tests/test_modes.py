@@ -94,3 +94,40 @@ def test_modes_about_another_state(bar):
 def test_numbers_of_modes(n):
     with pytest.raises(DataError, match="modes n: expected a positive integer"):
         find_modes(*chain(), n)
+
+
+@pytest.fixture
+def heavy_bar() -> ph.Section:
+    return ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0)
+
+
+def test_rigid_motions_under_gravity_are_no_modes(heavy_bar):
+    """Zero is a defective eigenvalue there, which round-off scatters to 1e-4 rad/s."""
+    found = []
+    for gravity in (None, (0.0, -9.81)):
+        free = ph.Diagram(gravity=gravity)
+        free.add(ph.Beam("bar", heavy_bar, (0.0, 0.0), (1.0, 0.0), elements=8))
+        found.append(free.compile().modes(3).frequencies)
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-4)
+
+
+def test_a_chain_of_beams_under_gravity(heavy_bar):
+    chain = ph.Diagram(gravity=(0.0, -9.81))
+    last = chain.ground
+    for i in range(20):
+        beam = chain.add(ph.Beam(f"bar{i}", heavy_bar, (i, 0.0), (i + 1.0, 0.0), elements=2))
+        chain.pin(last, beam.start)
+        last = beam.end
+    assert chain.compile().modes(3).frequencies.min() > 100.0
+
+
+@pytest.mark.parametrize("up", [1.0, -1.0])
+def test_a_pendulum_swings_or_falls(heavy_bar, up):
+    """A stiff bar pinned at its end: sqrt(3 g / (2 L)) as a frequency below the pin, as a growth rate above it."""
+    pendulum = ph.Diagram(gravity=(0.0, -9.81))
+    beam = pendulum.add(ph.Beam("bar", heavy_bar, (0.0, 0.0), (0.0, up), elements=8))
+    pendulum.pin(beam.start, pendulum.ground)
+    modes = pendulum.compile().modes(1)
+    rate = modes.diverging[0] if up > 0 else modes.frequencies[0]
+    assert abs(rate / np.sqrt(1.5 * 9.81) - 1.0) < 1e-3
+    assert modes.diverging.size == (1 if up > 0 else 0)

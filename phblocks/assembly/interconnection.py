@@ -104,7 +104,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         gravity=gravity,
         parts=tuple(
             Part(
-                name,
+                network.blocks[name],
                 form,
                 slice(first, first + form.size),
                 place[layout.first_theta[name] + np.arange(form.rotation_states.size)],

@@ -52,9 +52,9 @@ def history_of(system: System, recording: Recording, part: Part) -> History:
     History
         For the read-outs of its form.
     """
-    theta = (
-        np.where(part.theta >= 0, recording.theta[:, part.theta], 0.0) if part.theta.size else recording.theta[:, :0]
-    )
+    kept = np.flatnonzero(part.theta >= 0)
+    theta = np.zeros((recording.t.size, part.theta.size))  # rotation states that were not kept are not asked for
+    theta[:, kept] = recording.theta[:, part.theta[kept]]
     tracked = part.points.stop > part.points.start
     return History(recording.x[:, part.states], theta, recording.points[:, part.points] if tracked else None)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from phblocks.blocks.block import CONFIGURATION, NO_ENERGY, Block, BlockPoint, History
 from phblocks.blocks.checks import require_real
-from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
+from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
 from phblocks.ports import Anchor, Place
 from phblocks.results.kinematics import Base, bases, history_of
 from phblocks.results.power import PowerLedger
@@ -354,11 +354,22 @@ class Solution:
                 fix='Compile with outputs="all".',
             )
 
+    def _part(self, block: Block) -> Part:
+        part = self.system.part(block.name)
+        if part.block is not block:
+            raise ForeignBlockError(
+                f"block {block.name!r}",
+                expected=f"a block of system {self.system.name!r}",
+                got="another one of the same name",
+                fix="Ask with the block that was added to the diagram, or with its name.",
+            )
+        return part
+
     def _target(self, target: Target, s: Place | None) -> tuple[Part, Place]:
         if isinstance(target, (BlockPoint, Anchor)):
             if s is not None:
                 raise DataError("s", expected="none together with a point", got=repr(s), fix="Leave it out.")
-            return self.system.part(target.block.name), target.place
+            return self._part(target.block), target.place
         if not isinstance(target, (Block, str)):
             raise ArgumentTypeError(
                 "target",
@@ -366,7 +377,7 @@ class Solution:
                 got=repr(target),
                 fix="Give one.",
             )
-        part = self.system.part(target if isinstance(target, str) else target.name)
+        part = self.system.part(target) if isinstance(target, str) else self._part(target)
         if s is None:
             raise DataError(f"place on {part.name!r}", expected="s", got="none", fix="Give the place on the block.")
         return part, part.form.place(s, f"place on {part.name!r}")

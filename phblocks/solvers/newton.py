@@ -72,7 +72,7 @@ class Newton:
         iterations : int
             Number of linear solves.
         """
-        z, last, last_moved, carrying = guess, 0.0, 0.0, stage.carrying
+        z, last, last_moved, carrying, least = guess, 0.0, 0.0, stage.carrying, size
         for iteration in range(1, self.max_iterations + 1):
             residual, jacobian = stage.evaluate(z)
             if not solver.factorise(jacobian):
@@ -85,7 +85,7 @@ class Newton:
             moved = float(np.linalg.norm(update[carrying]))
             if not np.isfinite(change):
                 return None, iteration
-            size = max(size, float(np.linalg.norm(z[carrying])))
+            size = max(least, float(np.linalg.norm(z[carrying])))
             ratio = max(change / last, moved / last_moved if last_moved > 0.0 else 0.0) if iteration > 1 else np.inf
             # convergence is quadratic: the next update would be about change * ratio**2
             if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * size):

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from phblocks.system.angles import Angles
 from phblocks.system.parts import State
-from phblocks.triplets import Floats, Triplets
+from phblocks.triplets import Floats, Ints, Triplets
 
 if TYPE_CHECKING:
     from phblocks.system.system import System
@@ -30,8 +30,8 @@ class Linearization:
         Shape (n_inputs, m).
     D : scipy.sparse.csr_array
         Shape (n_inputs, n_inputs).
-    n : int
-        How many of the states w are energy states x; the rest are rotation states.
+    theta : numpy.ndarray
+        The rotation states among w, after the states x: those that the right-hand side or an output depends on.
     """
 
     E: sp.csr_array
@@ -39,7 +39,12 @@ class Linearization:
     B: sp.csr_array
     C: sp.csr_array
     D: sp.csr_array
-    n: int
+    theta: Ints
+
+    @property
+    def n(self) -> int:
+        """How many of the states w are states x of the system."""
+        return int(self.E.shape[0] - self.theta.size)
 
 
 def linearize(system: System, state: State | None = None, u: Floats | None = None) -> Linearization:
@@ -69,20 +74,22 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     # kappa[i, f]: what multiplies feature f in equation i; its slope times d alpha / d theta is the derivative
     kappa = _kappa(system, x, u)
     by_theta, by_x = _slopes(system, state.theta, x)
-    turning, outputs = kappa @ by_theta, _output_slopes(system, x)
-    A, C_theta = A + kappa @ by_x, outputs @ by_theta
+    outputs = _output_slopes(system, x)
+    turning, C_theta = sp.csc_array(kappa @ by_theta), sp.csc_array(outputs @ by_theta)
+    A = A + kappa @ by_x
     C = system.G(state.theta, x).T + outputs @ by_x
     G, none = system.G(state.theta, x) + system.kinematics_u, sp.csr_array((system.n_inputs, system.n_inputs))
-    if not turning.count_nonzero() and not C_theta.count_nonzero():
-        return Linearization(system.rate_matrix, sp.csr_array(A), sp.csr_array(G), sp.csr_array(C), none, system.n)
-    stay = sp.csr_array((system.start.theta.size, system.start.theta.size))
+    used = np.flatnonzero((abs(turning).sum(axis=0) + abs(C_theta).sum(axis=0)) > 0.0)
+    if not used.size:
+        return Linearization(system.rate_matrix, sp.csr_array(A), sp.csr_array(G), sp.csr_array(C), none, used)
+    stay = sp.csr_array((used.size, used.size))
     return Linearization(
-        sp.csr_array(sp.block_diag([system.rate_matrix, sp.eye_array(system.start.theta.size)])),
-        sp.csr_array(sp.block_array([[A, turning], [system.rates, stay]])),
-        sp.csr_array(sp.vstack([G, system.input_rates])),
-        sp.csr_array(sp.hstack([C, C_theta])),
+        sp.csr_array(sp.block_diag([system.rate_matrix, sp.eye_array(used.size)])),
+        sp.csr_array(sp.block_array([[A, turning[:, used]], [system.rates[used], stay]])),
+        sp.csr_array(sp.vstack([G, system.input_rates[used]])),
+        sp.csr_array(sp.hstack([C, C_theta[:, used]])),
         none,
-        system.n,
+        used,
     )
 
 

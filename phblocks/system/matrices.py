@@ -30,7 +30,7 @@ def matrices_at(system: System, state: State | None = None, u: Floats | None = N
         With names, units and a description of the state.
     """
     linear = system.linearize(state, u)
-    turned = linear.E.shape[0] - linear.n
+    turned = tuple(system.theta_names[i] for i in linear.theta)
     about = "the initial configuration, at rest" if state is None else "a state given by the user"
     at = system.start if state is None else state
     return Matrices(
@@ -56,7 +56,7 @@ def matrices_at(system: System, state: State | None = None, u: Floats | None = N
             C=linear.C,
             D=linear.D,
             E=linear.E,
-            state_names=system.state_names + system.theta_names[:turned],
-            state_units=system.state_units + ("rad",) * turned,
+            state_names=system.state_names + turned,
+            state_units=system.state_units + ("rad",) * len(turned),
         ),
     )

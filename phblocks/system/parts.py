@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import Form
+from phblocks.blocks.block import Block, Form
 from phblocks.ports import Place, Quantity
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -37,8 +37,8 @@ class Part:
 
     Parameters
     ----------
-    name : str
-        Of the block.
+    block : Block
+        The block.
     form : Form
         Its matrices and read-outs in its own coordinates.
     states : slice
@@ -49,11 +49,16 @@ class Part:
         Its material points among the tracked ones; empty if they are not tracked.
     """
 
-    name: str
+    block: Block
     form: Form
     states: slice
     theta: Ints
     points: slice
+
+    @property
+    def name(self) -> str:
+        """Of the block."""
+        return self.block.name
 
 
 @dataclass(frozen=True)

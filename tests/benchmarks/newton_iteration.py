@@ -24,7 +24,7 @@ MESHES = ((10, 6, 6), (100, 60, 60), (1000, 600, 600))
 
 def measure(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int, float, float]:
     """Return unknowns, half-bandwidth, and the median times (s) of an iteration and of ``dgbsv``."""
-    system = build(elements=elements).compile()
+    system = build(elements=elements)[0].compile()
     stepper = ph.Midpoint().prepare(system)
     stage, solver = stepper.stage, stepper.solver
     assert isinstance(solver, BandedSolver)
