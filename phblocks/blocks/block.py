@@ -313,6 +313,21 @@ class Form:
         """
         raise DataError(where, expected="a block with places", got=repr(s), fix="Ask for its states by name.")
 
+    def cut_sign(self, place: Place) -> float | None:
+        """Tell how the internal force at an end follows from the force on the block there.
+
+        Parameters
+        ----------
+        place : Place
+            Where on the block.
+
+        Returns
+        -------
+        float or None
+            +1 if they are the same, -1 if they are opposite, ``None`` where there is no end with an internal force.
+        """
+        return None
+
     def outline(self) -> Sequence[Place]:
         """List places in the order in which a line drawn through them shows the block.
 

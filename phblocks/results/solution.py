@@ -12,7 +12,9 @@ import numpy as np
 from phblocks.blocks.block import CONFIGURATION, NO_ENERGY, Block, BlockPoint, History
 from phblocks.blocks.checks import require_real
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
+from phblocks.frames import QUARTER
 from phblocks.ports import Anchor, Place
+from phblocks.results.ends import Ends
 from phblocks.results.kinematics import Base, bases, history_of
 from phblocks.results.power import PowerLedger
 from phblocks.results.recording import Recording
@@ -238,14 +240,18 @@ class Solution:
             Shape (times, 2), m/s.
         """
         part, place = self._target(target, s)
+        port = self._ends.port(part, place, "translation")
+        known = None if port is None else self._ends.common(port)
+        if known is not None:
+            return self._from_fixed(known, target, s, frame)
         return self._turned(part.form.velocity(self._history(part), place), target, s, frame)
 
     def force(self, target: Target, s: Place | None = None, frame: Frame = "material") -> Floats:
         """Return the internal force of a beam: axial and shear force in the material frame.
 
-        Where the force is discontinuous (towards an end that takes force) it is a polynomial of degree k - 1 in each
-        element: at degree 1 a constant, which at the end itself is half an element off. The side of a joint that
-        takes velocity has the exact value.
+        At an end it is what the joint there transmits. Elsewhere, where the force is discontinuous (towards an end
+        that takes force), it is a polynomial of degree k - 1 in each element: at degree 1 a constant, which is off by
+        up to half an element.
 
         Parameters
         ----------
@@ -263,14 +269,19 @@ class Solution:
         """
         part, place = self._target(target, s)
         history = self._history(part)
+        sign, port = part.form.cut_sign(place), self._ends.port(part, place, "translation")
+        known = None if sign is None or port is None else self._ends.summed(port)
+        if known is not None and sign is not None:
+            return self._from_fixed(sign * known, target, s, frame)
         material = np.stack([part.form.value(history, f"N{i}", place) for i in (1, 2)], axis=1)
         return self._turned(material, target, s, frame)
 
     def moment(self, target: Target, s: Place | None = None) -> Floats:
         """Return the internal bending moment of a beam.
 
-        Where the moment is discontinuous (towards an end that takes moment) it is a polynomial of degree k - 1 in
-        each element: at degree 1 a constant, which at the end itself is half an element off.
+        At an end it is what the joint there transmits. Elsewhere, where the moment is discontinuous (towards an end
+        that takes moment), it is a polynomial of degree k - 1 in each element: at degree 1 a constant, which is off by
+        up to half an element.
 
         Parameters
         ----------
@@ -285,6 +296,10 @@ class Solution:
             Shape (times,), N m.
         """
         part, place = self._target(target, s)
+        sign, port = part.form.cut_sign(place), self._ends.port(part, place, "rotation")
+        known = None if sign is None or port is None else self._ends.summed(port)
+        if known is not None and sign is not None:
+            return sign * known[:, 0]
         return part.form.value(self._history(part), "M3", place)
 
     def spin(self, target: Target, s: Place | None = None) -> Floats:
@@ -303,7 +318,9 @@ class Solution:
             Shape (times,), rad/s.
         """
         part, place = self._target(target, s)
-        return part.form.value(self._history(part), "W3", place)
+        port = self._ends.port(part, place, "rotation")
+        known = None if port is None else self._ends.common(port)
+        return part.form.value(self._history(part), "W3", place) if known is None else known[:, 0]
 
     def closure(self, source: Source = "strain") -> Mapping[str, Floats]:
         """Return the gap of every joint: joints are closed in velocity, not in position.
@@ -328,6 +345,14 @@ class Solution:
             gaps[site.name] = np.max(pairs, axis=0)
         return gaps
 
+    def _from_fixed(self, vector: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
+        """Components in the frame asked for, of a vector in the fixed one."""
+        if frame == "fixed":
+            return vector
+        turned = self._turned(np.zeros_like(vector), target, s, frame)  # checks the name of the frame
+        angle = self.angle(target, s)[:, None]
+        return np.asarray(turned + np.cos(angle) * vector - np.sin(angle) * (vector @ QUARTER.T))
+
     def _turned(self, material: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
         """Components of a vector in the frame asked for."""
         if frame == "material":
@@ -337,6 +362,10 @@ class Solution:
         angle = self.angle(target, s)
         c, d = np.cos(angle), np.sin(angle)
         return np.stack([c * material[:, 0] - d * material[:, 1], d * material[:, 0] + c * material[:, 1]], axis=1)
+
+    @cached_property
+    def _ends(self) -> Ends:
+        return Ends(self.system, self.recording)
 
     @cached_property
     def _bases(self) -> Mapping[str, Base]:

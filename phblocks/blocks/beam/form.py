@@ -75,6 +75,21 @@ class BeamForm(Form):
         """
         return fraction(s, where)
 
+    def cut_sign(self, place: Place) -> float | None:
+        """Tell how N and M at an end follow from force and moment on the beam; see :meth:`Form.cut_sign`.
+
+        Parameters
+        ----------
+        place : Place
+            Fraction of the length.
+
+        Returns
+        -------
+        float or None
+            -1 at the start, +1 at the end.
+        """
+        return {0.0: -1.0, 1.0: 1.0}.get(fraction(place))
+
     def outline(self) -> Sequence[Place]:
         """List places along the beam; see :meth:`Form.outline`.
 
