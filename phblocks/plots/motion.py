@@ -66,7 +66,8 @@ def motion(
     points = _points(path)
     snapshots = _nearest(solution.t, times)
     shown = np.concatenate([[0], snapshots])
-    shapes, joints = _shapes(solution, shown), _joints(solution, shown)
+    at_those = solution.sliced(shown)
+    shapes, joints = _shapes(at_those), _joints(at_those)
     if ax is None:
         import matplotlib.pyplot as plt
 
@@ -141,12 +142,12 @@ def _nearest(t: Floats, times: ArrayLike | None) -> Ints:
     return np.asarray(np.abs(t - wanted[:, None]).argmin(axis=1), dtype=np.int64)
 
 
-def _shapes(solution: Solution, shown: Ints) -> Floats:
-    """Places along all blocks at the times shown, with NaN between blocks, shape (times, places, 2)."""
+def _shapes(solution: Solution) -> Floats:
+    """Places along all blocks, with NaN between blocks, shape (times, places, 2)."""
     lines = []
     for part in solution.system.parts:
         if part.form.points is not None:
-            lines += [solution.position(part.name, s)[shown] for s in part.form.outline()]
+            lines += [solution.position(part.name, s) for s in part.form.outline()]
             lines.append(np.full_like(lines[-1], np.nan))
     if not lines:
         raise DataError(
@@ -155,7 +156,7 @@ def _shapes(solution: Solution, shown: Ints) -> Floats:
     return np.stack(lines, axis=1)
 
 
-def _joints(solution: Solution, shown: Ints) -> Floats:
-    """Where anchors are joined at the times shown, shape (times, joints, 2)."""
-    spots = [solution.position(*site.places[0])[shown] for site in solution.system.sites if site.places]
-    return np.stack(spots, axis=1) if spots else np.empty((shown.size, 0, 2))
+def _joints(solution: Solution) -> Floats:
+    """Where anchors are joined, shape (times, joints, 2)."""
+    spots = [solution.position(*site.places[0]) for site in solution.system.sites if site.places]
+    return np.stack(spots, axis=1) if spots else np.empty((solution.t.size, 0, 2))

@@ -6,7 +6,7 @@ matrix products per chunk and nothing per step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -81,6 +81,38 @@ class Recording:
     points: Floats
     input_integral: Floats
     ledger: Ledger
+
+    def sliced(self, times: Ints) -> Recording:
+        """Keep some of the saved times.
+
+        Parameters
+        ----------
+        times : numpy.ndarray
+            Their numbers.
+
+        Returns
+        -------
+        Recording
+            The largest residuals stay those of the whole run.
+        """
+        ledger = replace(
+            self.ledger,
+            **{
+                name: getattr(self.ledger, name)[times]
+                for name in (
+                    "stored",
+                    "potential",
+                    "transferred",
+                    "supplied",
+                    "supplied_to",
+                    "dissipated",
+                    "balance_error",
+                )
+            },
+        )
+        return Recording(
+            self.t[times], self.x[times], self.theta[times], self.points[times], self.input_integral[times], ledger
+        )
 
 
 @dataclass

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -20,7 +20,7 @@ from phblocks.results.power import PowerLedger
 from phblocks.results.recording import Recording
 from phblocks.results.status import EnergySeries, Statistics, Status
 from phblocks.system import Part, State, System
-from phblocks.triplets import Floats
+from phblocks.triplets import Floats, Ints
 
 Source = Literal["velocity", "strain"]
 Frame = Literal["fixed", "material"]
@@ -80,6 +80,21 @@ class Solution:
             )
         i = int(np.abs(self.t - t).argmin())
         return State(self.recording.x[i], self.recording.theta[i], self.recording.points[i])
+
+    def sliced(self, times: Ints) -> Solution:
+        """Return the solution at some of the saved times, so that read-outs cost no more than those.
+
+        Parameters
+        ----------
+        times : numpy.ndarray
+            Numbers of the saved times.
+
+        Returns
+        -------
+        Solution
+            With these times only; energies and ledger are those at these times.
+        """
+        return replace(self, recording=self.recording.sliced(times))
 
     @property
     def t(self) -> Floats:
