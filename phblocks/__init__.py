@@ -6,6 +6,7 @@ compile it to a system, simulate it, read the solution.
 
 from phblocks import errors, plots
 from phblocks.blocks.beam.beam import Beam
+from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.body import Mass, RigidBody
 from phblocks.blocks.bushing import Bushing
@@ -41,6 +42,7 @@ __all__ = [
     "Current",
     "DCMotor",
     "Damper",
+    "Damping",
     "Diagram",
     "Domain",
     "Force",

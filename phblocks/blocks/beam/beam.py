@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.ends import END_NAMES, End, parse_causality
 from phblocks.blocks.beam.form import BeamForm, beam_form, fraction
 from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
@@ -51,6 +52,8 @@ class Beam(Block):
     switch_at : float, optional
         Where a pair switches if its ends differ, as a fraction of the length; moved to the nearest interior
         element boundary.
+    damping : Damping, optional
+        Drag and internal damping; none by default.
 
     Raises
     ------
@@ -77,6 +80,7 @@ class Beam(Block):
         causality: str | tuple[str, str] = "auto",
         curvature: float | None = None,
         switch_at: float = 0.5,
+        damping: Damping | None = None,
     ) -> None:
         super().__init__(name)
         if not isinstance(section, Section):
@@ -85,6 +89,13 @@ class Beam(Block):
                 expected="a Section",
                 got=type(section).__name__,
                 fix="Make a ph.Section.",
+            )
+        if damping is not None and not isinstance(damping, Damping):
+            raise ArgumentTypeError(
+                f"Beam {name!r} damping",
+                expected="a Damping",
+                got=type(damping).__name__,
+                fix="Make a ph.Damping(viscous=..., internal=...).",
             )
         if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)):
             raise ArgumentTypeError(
@@ -98,6 +109,7 @@ class Beam(Block):
                 fix="Use 1, 2 or 3.",
             )
         self.section = section
+        self.damping = damping
         self.degree = int(degree)
         self._start, self._end = (require_point(f"Beam {name!r} {w}", p) for w, p in (("start", start), ("end", end)))
         chord = self._end - self._start
@@ -204,7 +216,7 @@ class Beam(Block):
         -------
         tuple of Beam
             From start to the cut and from there to the end, named such as ``"crank-1"`` and ``"crank-2"``. Section,
-            degree, curvature and element boundaries are kept; all ends choose their causality.
+            damping, degree, curvature and element boundaries are kept; all ends choose their causality.
 
         Raises
         ------
@@ -244,6 +256,7 @@ class Beam(Block):
             degree=self.degree,
             curvature=self.curvature,
             switch_at=self.switch_at,
+            damping=self.damping,
         )
 
     def mesh(self, start: End, end: End) -> Mesh:
@@ -288,6 +301,7 @@ class Beam(Block):
             curvature=self.curvature,
             origin=self._start,
             start_angle=self.start_angle,
+            damping=self.damping,
         )
 
     def end_names(self, gives: Mapping[str, bool]) -> str:
