@@ -7,6 +7,7 @@ compile it to a system, simulate it, read the solution.
 from phblocks import errors, plots
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.damping import Damping
+from phblocks.blocks.beam.load import LineLoad
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.body import Mass, RigidBody
 from phblocks.blocks.bushing import Bushing
@@ -48,6 +49,7 @@ __all__ = [
     "Force",
     "Gyrator",
     "Inductor",
+    "LineLoad",
     "Mass",
     "Midpoint",
     "Moment",

@@ -8,7 +8,7 @@ an element off at the ends.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -17,6 +17,7 @@ import scipy.sparse as sp
 
 from phblocks.blocks.beam.damping import VISCOUS_PART, Damping, damp
 from phblocks.blocks.beam.ends import End
+from phblocks.blocks.beam.load import LineLoad, load_pieces
 from phblocks.blocks.beam.matrices import beam_matrices, strain_offsets, trace
 from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.spaces import gauss
@@ -462,6 +463,7 @@ def beam_form(
     origin: Floats,
     start_angle: float,
     damping: Damping | None = None,
+    loads: Mapping[str, LineLoad] | None = None,
 ) -> BeamForm:
     """Reduce a planar beam to its matrices.
 
@@ -481,6 +483,8 @@ def beam_form(
         Initial orientation at the start, rad.
     damping : Damping, optional
         None by default.
+    loads : mapping of str to LineLoad, optional
+        By the name of their port; none by default.
 
     Returns
     -------
@@ -514,6 +518,7 @@ def beam_form(
             orientations[name] = AngleRows(rows, np.array([angle]))
         else:
             orientations[name] = None
+    points = _material_points(mesh, coefficients, curvature, origin, start_angle, first)
     return BeamForm(
         size=sum(run.positions.size for run in runs),
         runs=runs,
@@ -524,7 +529,8 @@ def beam_form(
         ports=ports,
         rotation_states=rotation_states,
         orientations=orientations,
-        points=_material_points(mesh, coefficients, curvature, origin, start_angle, first),
+        points=points,
+        loads={port: load_pieces(load, points, quadrature(mesh)[2]) for port, load in (loads or {}).items()},
         mesh=mesh,
         compliance=coefficients,
         curvature=curvature,
