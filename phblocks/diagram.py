@@ -108,7 +108,7 @@ class Diagram:
                 fix=f"Choose another name than {', '.join(self.network.blocks)}.",
             )
         brought = {e.name for e in block.exposures()}
-        if any(e.name in brought for e in self.network.exposures()):
+        if brought and any(e.name in brought for e in self.network.exposures()):
             raise DuplicateNameError(
                 f"diagram {self.name!r}",
                 expected="names of sources and loads that no other and no exposed port has",

@@ -11,7 +11,7 @@ from phblocks.blocks.block import FIXED, AngleRows, MaterialPoints, Piece
 from phblocks.blocks.sources import Signal
 from phblocks.errors import ArgumentTypeError, DataError, DuplicateNameError
 from phblocks.ports import Domain, Quantity
-from phblocks.triplets import Floats, Triplets, real_array
+from phblocks.triplets import Floats, Ints, Triplets, real_array
 
 #: What a line load and the beam exchange: the answer is the velocity integrated over the length.
 LINE = Domain("line load", Quantity("velocity times length", "m^2/s"), Quantity("line load", "N/m"), "translation")
@@ -126,11 +126,17 @@ def load_pieces(load: LineLoad, points: MaterialPoints, lengths: Floats) -> Sequ
     if load.follows:
         together = Triplets.of(component, state, values=values).csr((d, int(state.max()) + 1)).tocoo()
         return (Piece(Triplets.from_coo(together), FIXED),)
-    pieces = []
     angle_point, theta = points.angle.rows.indices
-    for p, reference in enumerate(points.angle.reference):
-        here, turning = point == p, angle_point == p
+    n = points.angle.reference.size
+    pieces = []
+    for reference, here, turning in zip(points.angle.reference, _by(point, n), _by(angle_point, n), strict=True):
         rows = Triplets.of(0, theta[turning], values=points.angle.rows.values[turning])
         frame = AngleRows(rows, np.array([reference]))
         pieces.append(Piece(Triplets((component[here], state[here]), values[here]), frame))
     return tuple(pieces)
+
+
+def _by(numbers: Ints, n: int) -> Sequence[Ints]:
+    """Places of the entries of each number from 0 to n - 1."""
+    order = np.argsort(numbers, kind="stable")
+    return np.split(order, np.searchsorted(numbers[order], np.arange(1, n)))
