@@ -6,6 +6,8 @@ compile it to a system, simulate it, read the solution.
 
 from phblocks import errors, plots
 from phblocks.blocks.beam.beam import Beam
+from phblocks.blocks.beam.damping import Damping
+from phblocks.blocks.beam.load import LineLoad
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.body import Mass, RigidBody
 from phblocks.blocks.bushing import Bushing
@@ -41,11 +43,13 @@ __all__ = [
     "Current",
     "DCMotor",
     "Damper",
+    "Damping",
     "Diagram",
     "Domain",
     "Force",
     "Gyrator",
     "Inductor",
+    "LineLoad",
     "Mass",
     "Midpoint",
     "Moment",

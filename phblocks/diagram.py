@@ -108,12 +108,12 @@ class Diagram:
                 fix=f"Choose another name than {', '.join(self.network.blocks)}.",
             )
         brought = {e.name for e in block.exposures()}
-        if any(e.name in brought for e in self.network.exposed):
+        if brought and any(e.name in brought for e in self.network.exposures()):
             raise DuplicateNameError(
                 f"diagram {self.name!r}",
-                expected="a name no exposed port has",
-                got=repr(block.name),
-                fix="Choose another name for the source.",
+                expected="names of sources and loads that no other and no exposed port has",
+                got=", ".join(map(repr, sorted(brought))),
+                fix="Choose another name for the source or load.",
             )
         self.network.blocks[block.name] = block
         self.network.added[block.name] = f"add at {call_site()}"

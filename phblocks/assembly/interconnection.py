@@ -78,6 +78,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     joints = _Entries()
     for junction in network.junctions():
         _join(layout, junction, joints)
+    for exposure in network.exposures():
+        _load(layout, exposure, joints)
     gravity = np.zeros(network.space.dimension) if network.gravity is None else network.gravity
     heavy = bool(gravity.any())
     points = _Points.of(layout) if heavy or outputs == "all" else _Points.of(layout, ())
@@ -248,6 +250,14 @@ def _open(layout: Layout, exposure: Exposure, port: Port, to: _Entries) -> None:
     end = layout.span_at(port)
     if end is not None and exposure.gives:
         to.kinematics_u += _act(layout, port, frame, NO_TURN, _span_rows(*end), outside, to)
+
+
+def _load(layout: Layout, exposure: Exposure, to: _Entries) -> None:
+    """Entries of a load that a block brings along, the sum over its points."""
+    components = np.arange(len(exposure.port.domain.components(layout.network.space)))
+    outside = Triplets.of(components, layout.first_input[exposure.name] + components, values=1.0)
+    for frame, into in layout.load_pieces(exposure.port):
+        to.K_u += _act(layout, exposure.port, NO_TURN, frame, into, outside, to)
 
 
 def _span_rows(first: int, sign: float) -> Triplets:

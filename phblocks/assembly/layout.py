@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phblocks.blocks.block import AngleRows, Form
+from phblocks.blocks.block import FIXED, AngleRows, Form
 from phblocks.causality import CausalityReport
 from phblocks.frames import NO_TURN, Turn
 from phblocks.network import Junction, Network
@@ -116,6 +116,28 @@ class Layout:
                 turn = self.orientation(port) if piece.frame is None else self._turn(name, piece.frame)
                 result.append((turn, output))
         return result
+
+    def load_pieces(self, port: Port) -> list[tuple[Turn, Triplets]]:
+        """Return what answers a load that a block brings along, as rows over all states.
+
+        Parameters
+        ----------
+        port : Port
+            Of the exposure.
+
+        Returns
+        -------
+        list of (Turn, Triplets)
+            Orientation of the frame and entries of shape (components, n); none for a port that can be joined.
+        """
+        name = port.block.name
+        return [
+            (
+                self._turn(name, FIXED if piece.frame is None else piece.frame),
+                piece.output.shifted(0, self.first_state[name]),
+            )
+            for piece in self.forms[name].loads.get(port.name, ())
+        ]
 
     def span_at(self, port: Port) -> tuple[int, float] | None:
         """Tell whether a port is an end of a line.

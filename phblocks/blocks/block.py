@@ -273,6 +273,10 @@ class Form:
         States at the start, shape (size,); ``None`` for zero (at rest, stress-free).
     lines : sequence of LineForm
         Lines of action that turn with what they join.
+    loads : mapping of str to sequence of Piece
+        What answers the exposures of the block's own whose port is no place to be joined at, by name of that port:
+        an input u enters the state equations as the sum of ``output^T Lambda(frame)^T u``. For a load that follows
+        the material frame is :data:`FIXED`.
     """
 
     size: int
@@ -287,6 +291,7 @@ class Form:
     points: MaterialPoints | None = None
     start: Floats | None = None
     lines: Sequence[LineForm] = ()
+    loads: Mapping[str, Sequence[Piece]] = field(default_factory=dict)
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0
@@ -557,12 +562,13 @@ class Block(ABC):
         return ()
 
     def exposures(self) -> Sequence[Exposure]:
-        """List the openings to the outside that the block brings along: those of a source.
+        """List the openings to the outside that the block brings along: those of a source, or of loads.
 
         Returns
         -------
         sequence of Exposure
-            None for all but sources.
+            None for all but sources and loaded blocks. A port that is not among :attr:`ports` cannot be joined and
+            is answered by ``Form.loads``.
         """
         return ()
 

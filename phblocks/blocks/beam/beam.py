@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.ends import END_NAMES, End, parse_causality
 from phblocks.blocks.beam.form import BeamForm, beam_form, fraction
+from phblocks.blocks.beam.load import LINE, LineLoad, require_loads
 from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.beam.tensors import Variant
 from phblocks.blocks.block import Alternative, Block, BlockPoint, PortChoice, Tie
 from phblocks.blocks.checks import require_point, require_positive, require_real
 from phblocks.errors import ArgumentTypeError, DataError
-from phblocks.ports import Anchor
+from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, real_array
 
@@ -51,6 +54,10 @@ class Beam(Block):
     switch_at : float, optional
         Where a pair switches if its ends differ, as a fraction of the length; moved to the nearest interior
         element boundary.
+    damping : Damping, optional
+        Drag and internal damping; none by default.
+    loads : LineLoad or sequence of LineLoad, optional
+        Forces per length; none by default.
 
     Raises
     ------
@@ -77,6 +84,8 @@ class Beam(Block):
         causality: str | tuple[str, str] = "auto",
         curvature: float | None = None,
         switch_at: float = 0.5,
+        damping: Damping | None = None,
+        loads: LineLoad | Sequence[LineLoad] = (),
     ) -> None:
         super().__init__(name)
         if not isinstance(section, Section):
@@ -85,6 +94,13 @@ class Beam(Block):
                 expected="a Section",
                 got=type(section).__name__,
                 fix="Make a ph.Section.",
+            )
+        if damping is not None and not isinstance(damping, Damping):
+            raise ArgumentTypeError(
+                f"Beam {name!r} damping",
+                expected="a Damping",
+                got=type(damping).__name__,
+                fix="Make a ph.Damping(viscous=..., internal=...).",
             )
         if isinstance(degree, bool) or not isinstance(degree, (int, np.integer)):
             raise ArgumentTypeError(
@@ -98,6 +114,9 @@ class Beam(Block):
                 fix="Use 1, 2 or 3.",
             )
         self.section = section
+        self.damping = damping
+        self.loads = require_loads(f"Beam {name!r} loads", loads)
+        self._load_ports = {f"load {load.name}": Port(self, f"load {load.name}", LINE) for load in self.loads}
         self.degree = int(degree)
         self._start, self._end = (require_point(f"Beam {name!r} {w}", p) for w, p in (("start", start), ("end", end)))
         chord = self._end - self._start
@@ -134,6 +153,19 @@ class Beam(Block):
     def space(self) -> Space:
         """The components of the beam."""
         return PLANAR
+
+    def exposures(self) -> Sequence[Exposure]:
+        """List the inputs that the loads are.
+
+        Returns
+        -------
+        sequence of Exposure
+            One for each load.
+        """
+        return [
+            Exposure(load.name, port, gives=False, follows=load.follows, signal=load.force)
+            for load, port in zip(self.loads, self._load_ports.values(), strict=True)
+        ]
 
     def at(self, s: float) -> BlockPoint:
         """Name a point of the beam, for reading results.
@@ -186,10 +218,10 @@ class Beam(Block):
         """
         chosen = f' (causality="auto", was "{"-".join(END_NAMES[e] for e in self.ends)}")' if self.ends else ""
         first = f"let beam {self.name!r} choose its ends{chosen}"
-        result = [Alternative(self._like(self.name, self._fractions), first)] if self.ends else []
+        result = [Alternative(self._like("", self._fractions), first)] if self.ends else []
         if self.elements == 1:
             what = f"give beam {self.name!r} two elements" + (f" and {first}" if self.ends else "")
-            result.append(Alternative(self._like(self.name, np.array([0.0, 0.5, 1.0])), what))
+            result.append(Alternative(self._like("", np.array([0.0, 0.5, 1.0])), what))
         return result
 
     def split(self, at: float) -> tuple[Beam, Beam]:
@@ -204,7 +236,8 @@ class Beam(Block):
         -------
         tuple of Beam
             From start to the cut and from there to the end, named such as ``"crank-1"`` and ``"crank-2"``. Section,
-            degree, curvature and element boundaries are kept; all ends choose their causality.
+            damping, loads (named likewise), degree, curvature and element boundaries are kept; all ends choose their
+            causality.
 
         Raises
         ------
@@ -223,8 +256,8 @@ class Beam(Block):
         cut = self._start + _arc(self.curvature, self.start_angle, at * self.length)
         ends = (self._start, cut), (cut, self._end)
         return (
-            self._like(f"{self.name}-1", pieces[0], *ends[0]),
-            self._like(f"{self.name}-2", pieces[1], *ends[1]),
+            self._like("-1", pieces[0], *ends[0]),
+            self._like("-2", pieces[1], *ends[1]),
         )
 
     @property
@@ -233,10 +266,10 @@ class Beam(Block):
         fractions[-1] = 1.0
         return fractions
 
-    def _like(self, name: str, elements: Floats, start: Floats | None = None, end: Floats | None = None) -> Beam:
-        """Make a beam of the same kind whose ends choose."""
+    def _like(self, suffix: str, elements: Floats, start: Floats | None = None, end: Floats | None = None) -> Beam:
+        """Make a beam of the same kind whose ends choose; the suffix is that of its name and of its loads."""
         return Beam(
-            name,
+            self.name + suffix,
             self.section,
             self._start if start is None else start,
             self._end if end is None else end,
@@ -244,6 +277,8 @@ class Beam(Block):
             degree=self.degree,
             curvature=self.curvature,
             switch_at=self.switch_at,
+            damping=self.damping,
+            loads=[replace(load, name=load.name + suffix) for load in self.loads],
         )
 
     def mesh(self, start: End, end: End) -> Mesh:
@@ -288,6 +323,8 @@ class Beam(Block):
             curvature=self.curvature,
             origin=self._start,
             start_angle=self.start_angle,
+            damping=self.damping,
+            loads=dict(zip(self._load_ports, self.loads, strict=True)),
         )
 
     def end_names(self, gives: Mapping[str, bool]) -> str:

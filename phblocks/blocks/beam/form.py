@@ -8,14 +8,16 @@ an element off at the ends.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import cast
 
 import numpy as np
 import scipy.sparse as sp
 
+from phblocks.blocks.beam.damping import VISCOUS_PART, Damping, damp
 from phblocks.blocks.beam.ends import End
+from phblocks.blocks.beam.load import LineLoad, load_pieces
 from phblocks.blocks.beam.matrices import beam_matrices, strain_offsets, trace
 from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.spaces import gauss
@@ -45,6 +47,8 @@ class BeamForm(Form):
         Initial orientation at the start, rad.
     origin : numpy.ndarray
         Initial place of the start, shape (2,), m.
+    copies : numpy.ndarray
+        For each state of the mesh the state that is its viscous part, or -1; shape (0,) without damping.
     """
 
     mesh: Mesh = field(kw_only=True)
@@ -52,6 +56,7 @@ class BeamForm(Form):
     curvature: float = field(kw_only=True)
     start_angle: float = field(kw_only=True)
     origin: Floats = field(kw_only=True)
+    copies: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64), kw_only=True)
 
     def place(self, s: object, where: str) -> Place:
         """Check a fraction of the length.
@@ -108,7 +113,8 @@ class BeamForm(Form):
         history : History
             Of this beam.
         name : str
-            Such as "V1", "W3", "N2" or "M3".
+            Such as "V1", "W3", "N2" or "M3". With internal damping "N2" is the whole force, and "N2v" its viscous
+            part, which is that over the step that ends at each time.
         place : Place
             Fraction of the length.
 
@@ -125,8 +131,14 @@ class BeamForm(Form):
         known = [run.field for run in self.runs]
         if name not in known:
             raise UnknownNameError("beam", expected=f"one of {', '.join(known)}", got=repr(name), fix="See docs.")
-        rows = field_rows(self.mesh, name[0], int(name[1:]) - 1, *self._locate(place))
-        return cast(Floats, (rows @ history.x.T)[0])
+        stress = name.removesuffix(VISCOUS_PART)
+        rows = field_triplets(self.mesh, stress[0], int(stress[1:]) - 1, *self._locate(place))
+        if self.copies.size:
+            copies = self.copies[rows.indices[1]]
+            damped = copies >= 0
+            viscous = Triplets((rows.indices[0][damped], copies[damped]), rows.values[damped])
+            rows = viscous if stress != name else Triplets.join([rows, viscous])
+        return cast(Floats, (rows.csr((1, self.size)) @ history.x.T)[0])
 
     def angle(self, history: History, place: Place) -> Floats:
         """Read the orientation; see :meth:`Form.angle`.
@@ -264,10 +276,15 @@ class BeamForm(Form):
         element, xi = self.mesh.locate(fraction(place) * self.mesh.boundaries[-1])
         return np.array([element]), np.array([xi])
 
+    def _mesh_states(self, history: History) -> Floats:
+        """States with energy, shape (states of the mesh, times)."""
+        return history.x[:, : self.mesh.size].T
+
     def _tangents(self, history: History, elements: Ints, xi: Floats) -> Floats:
         """Lambda (e1 + Gamma) at points, shape (times, points, 2)."""
         gamma = [
-            (field_rows(self.mesh, "N", d, elements, xi) @ history.x.T).T * self.compliance[component_index("N", d)]
+            (field_rows(self.mesh, "N", d, elements, xi) @ self._mesh_states(history)).T
+            * self.compliance[component_index("N", d)]
             for d in self.mesh.space.translation
         ]
         gamma[0] = gamma[0] + 1.0
@@ -281,7 +298,7 @@ class BeamForm(Form):
         first = self.rotation_states[0] if self.rotation_states.size else 0
         rows, bend = angle_rows(self.mesh, elements, xi)
         angle = (rows[:, first : first + self.rotation_states.size] @ history.theta.T).T
-        bent = (bend @ history.x.T).T * self.compliance[component_index("M", 2)]
+        bent = (bend @ self._mesh_states(history)).T * self.compliance[component_index("M", 2)]
         return cast(Floats, self.start_angle + self.curvature * place + angle + bent)
 
     def _projection(self, elements: Ints, xi: Floats) -> Floats:
@@ -460,6 +477,8 @@ def beam_form(
     curvature: float,
     origin: Floats,
     start_angle: float,
+    damping: Damping | None = None,
+    loads: Mapping[str, LineLoad] | None = None,
 ) -> BeamForm:
     """Reduce a planar beam to its matrices.
 
@@ -477,6 +496,10 @@ def beam_form(
         Initial place of the start, shape (2,), m.
     start_angle : float
         Initial orientation at the start, rad.
+    damping : Damping, optional
+        None by default.
+    loads : mapping of str to LineLoad, optional
+        By the name of their port; none by default.
 
     Returns
     -------
@@ -484,6 +507,10 @@ def beam_form(
         The beam in its own coordinates.
     """
     E, J0, T = beam_matrices(mesh, coefficients, strain_offsets(curvature))
+    runs, R, copies = mesh.runs, Triplets.empty(), np.empty(0, dtype=np.int64)
+    if damping is not None:
+        damped = damp(mesh, (E, J0, T), coefficients, damping)
+        runs, J0, R, T, copies = damped.runs, damped.J0, damped.R, damped.T, damped.copies
     spin_runs = [i for i, run in enumerate(mesh.runs) if run.field.startswith("W")]
     first = sum(run.positions.size for run in mesh.runs[: spin_runs[0]])
     rotation_states = first + np.arange(sum(mesh.runs[i].positions.size for i in spin_runs))
@@ -494,31 +521,37 @@ def beam_form(
             directions = mesh.space.translation if kind == "translation" else mesh.space.rotation
             states = [trace(mesh, common if gives else summed, d, at_end) for d in directions]
             sign = 1.0 if gives or at_end else -1.0  # -N(0) and +N(L) are the forces on the beam
-            ports[f"{name}.{kind}"] = PortForm(
-                gives, (Piece(Triplets.of(np.arange(len(states)), states, values=sign)),)
-            )
+            output = Triplets.of(np.arange(len(states)), states, values=sign)
+            if copies.size:  # the force is that of the elastic and the viscous part
+                viscous = copies[states] >= 0
+                added = Triplets.of(np.flatnonzero(viscous), copies[states][viscous], values=sign)
+                output = Triplets.join([output, added])
+            ports[f"{name}.{kind}"] = PortForm(gives, (Piece(output),))
         angle = start_angle + (curvature * mesh.boundaries[-1] if at_end else 0.0)
         if end.spin:
             rows = Triplets.of([0], [trace(mesh, "W", 2, at_end) - first], values=[1.0])
             orientations[name] = AngleRows(rows, np.array([angle]))
         else:
             orientations[name] = None
+    points = _material_points(mesh, coefficients, curvature, origin, start_angle, first)
     return BeamForm(
-        size=mesh.size,
-        runs=mesh.runs,
+        size=sum(run.positions.size for run in runs),
+        runs=runs,
         E=E,
         J0=J0,
-        R=Triplets.empty(),
+        R=R,
         T=T,
         ports=ports,
         rotation_states=rotation_states,
         orientations=orientations,
-        points=_material_points(mesh, coefficients, curvature, origin, start_angle, first),
+        points=points,
+        loads={port: load_pieces(load, points, quadrature(mesh)[2]) for port, load in (loads or {}).items()},
         mesh=mesh,
         compliance=coefficients,
         curvature=curvature,
         start_angle=start_angle,
         origin=origin,
+        copies=copies,
     )
 
 
