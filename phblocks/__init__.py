@@ -22,6 +22,7 @@ from phblocks.blocks.transformer import Gyrator, Transformer
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
 from phblocks.errors import PhblocksError
+from phblocks.nesting import Nested
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
 from phblocks.results.solution import Solution
 from phblocks.simulation import simulate
@@ -53,6 +54,7 @@ __all__ = [
     "Mass",
     "Midpoint",
     "Moment",
+    "Nested",
     "Newton",
     "PhblocksError",
     "Port",

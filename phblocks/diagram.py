@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import TypeVar, overload
 
 import networkx as nx
 import numpy as np
@@ -20,9 +20,11 @@ from phblocks.errors import (
     DuplicateNameError,
     ForeignBlockError,
     GapError,
+    NestingError,
     PortInUseError,
     PortTypeError,
 )
+from phblocks.nesting import Nested, prefixed
 from phblocks.network import Junction, Network, call_site
 from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR
@@ -60,6 +62,7 @@ class Diagram:
         ground = Ground()
         self.network = Network(name, acceleration, PLANAR, blocks={ground.name: ground})
         self._ground = ground
+        self._inner: tuple[Diagram, ...] = ()
 
     @property
     def name(self) -> str:
@@ -76,45 +79,52 @@ class Diagram:
         """The bipartite networkx graph of blocks and junctions."""
         return self.network.graph()
 
-    def add(self, block: B) -> B:
-        """Add a block.
+    @overload
+    def add(self, block: B) -> B: ...
+
+    @overload
+    def add(self, block: Diagram, name: str | None = None) -> Nested: ...
+
+    def add(self, block: Block | Diagram, name: str | None = None) -> Block | Nested:
+        """Add a block, or all of another diagram.
 
         Parameters
         ----------
-        block : Block
-            The block.
+        block : Block or Diagram
+            The block. Of a diagram, a copy as it is now is taken: its block "crank" is called "inner/crank" here,
+            its joints and exposed ports come along under such names, and its ground is that of this diagram. The
+            same diagram can be added many times under different names.
+        name : str, optional
+            Of a diagram here, without dots; its own by default.
 
         Returns
         -------
-        Block
-            The same block, for assigning it to a name.
+        Block or Nested
+            The same block, for assigning it to a name. For a diagram, what its blocks are found by:
+            ``arm = outer.add(inner)``, then ``arm[crank].end`` or ``arm["crank"]``; the blocks of the inner diagram
+            themselves stay there.
 
         Raises
         ------
         DuplicateNameError
-            If the diagram has a block of that name.
+            If the diagram has a block or exposed port of that name.
+        NestingError
+            If a diagram would be inside itself, or has a gravity of its own that is another.
+        DataError
+            If the name of a diagram is empty or has dots.
         ArgumentTypeError
-            If it is not a block.
+            If it is not a block or a diagram, or a block is given another name.
         """
-        if not isinstance(block, Block):
+        if isinstance(block, Diagram):
+            return self._nest(block, block.name if name is None else name)
+        if not isinstance(block, Block) or name is not None:
             raise ArgumentTypeError(
-                "Diagram.add", expected="a block such as ph.Beam", got=repr(block), fix="Make a block first."
+                "Diagram.add",
+                expected="a block such as ph.Beam, or a diagram and its name",
+                got=repr(block) if name is None else f"{block!r} and the name {name!r}",
+                fix="Make a block first; it has a name of its own.",
             )
-        if block.name in self.network.blocks:
-            raise DuplicateNameError(
-                f"diagram {self.name!r}",
-                expected="a name not in use",
-                got=repr(block.name),
-                fix=f"Choose another name than {', '.join(self.network.blocks)}.",
-            )
-        brought = {e.name for e in block.exposures()}
-        if brought and any(e.name in brought for e in self.network.exposures()):
-            raise DuplicateNameError(
-                f"diagram {self.name!r}",
-                expected="names of sources and loads that no other and no exposed port has",
-                got=", ".join(map(repr, sorted(brought))),
-                fix="Choose another name for the source or load.",
-            )
+        self._require_new([block.name], [e.name for e in block.exposures()])
         self.network.blocks[block.name] = block
         self.network.added[block.name] = f"add at {call_site()}"
         return block
@@ -362,6 +372,57 @@ class Diagram:
         report.raise_if_impossible()
         return assemble(self.network, report, outputs)
 
+    def _nest(self, inner: Diagram, name: str) -> Nested:
+        where = f"add diagram {name!r} to {self.name!r}"
+        if not isinstance(name, str):
+            raise ArgumentTypeError("name of a nested diagram", expected="a text", got=repr(name), fix="Choose a name.")
+        if not name or "." in name:
+            raise DataError(where, expected="a non-empty name without dots", got=repr(name), fix="Give another name.")
+        if self is inner or self in inner._within():
+            raise NestingError(
+                where,
+                expected="a diagram that does not contain this one",
+                got="one that does" if self is not inner else "this one itself",
+                fix="Build the part that is repeated as a diagram of its own.",
+            )
+        if inner.network.gravity is not None and not np.array_equal(inner.network.gravity, self._gravity):
+            raise NestingError(
+                where,
+                expected=f"no gravity of its own, or that of {self.name!r}: {self._gravity.tolist()}",
+                got=str(inner.network.gravity.tolist()),
+                fix="Gravity is a matter of the outermost diagram: leave it out of the inner one.",
+            )
+        network, nested = prefixed(inner.network, name, self._ground)
+        self._require_new(list(network.blocks), [e.name for e in network.exposures()])
+        self.network.blocks |= network.blocks
+        self.network.exposed += network.exposed
+        self.network.added |= {block: f"{call}, nested at {call_site()}" for block, call in network.added.items()}
+        for junction in network.joined:
+            self.network.join(junction)
+        self._inner += (inner,)
+        return nested
+
+    @property
+    def _gravity(self) -> Floats:
+        return np.zeros(2) if self.network.gravity is None else self.network.gravity
+
+    def _within(self) -> set[Diagram]:
+        """All diagrams nested in this one, at any depth."""
+        return {d for inner in self._inner for d in (inner, *inner._within())}
+
+    def _require_new(self, blocks: Sequence[str], exposures: Sequence[str]) -> None:
+        """Refuse names of blocks, or of ports that they expose, which are in use."""
+        exposed = {e.name for e in self.network.exposures()} if exposures else set()
+        for kind, names, used in (("block", blocks, self.network.blocks), ("exposed port", exposures, exposed)):
+            taken = [name for name in names if name in used]
+            if taken:
+                raise DuplicateNameError(
+                    f"diagram {self.name!r}",
+                    expected=f"a name that no {kind} has",
+                    got=repr(taken[0]),
+                    fix=f"Choose another name than {', '.join(used)}.",
+                )
+
     def _hold(self, verb: str, anchors: Sequence[Anchor], turns: bool) -> None:
         """Join anchors by blocks with multipliers: a hub, and one joint to each of the others."""
         if len(anchors) < 2:
@@ -418,7 +479,7 @@ class Diagram:
                 path,
                 expected=f"a block of diagram {self.name!r}",
                 got=f"{block!r}, which is not in it",
-                fix="Call add() first.",
+                fix="Call add() first; of a nested diagram, take the block from what add() returned.",
             )
 
     def _require_unused(self, ports: Sequence[Port]) -> None:

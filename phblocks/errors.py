@@ -92,6 +92,12 @@ class GapError(PhblocksError, ValueError):
     code = "PH206"
 
 
+class NestingError(PhblocksError, ValueError):
+    """A diagram is put inside itself, or inside one with another gravity."""
+
+    code = "PH207"
+
+
 class CausalityError(PhblocksError, ValueError):
     """No assignment of who gives and who takes makes the diagram causal."""
 

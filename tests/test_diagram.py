@@ -110,7 +110,7 @@ def test_a_block_added_twice(pair):
         d.add(a)
 
 
-@pytest.mark.parametrize("thing", [None, "a", 1, ph.Beam, ph.Diagram()])
+@pytest.mark.parametrize("thing", [None, "a", 1, ph.Beam, ph.Diagram])
 def test_adding_something_else(pair, thing):
     with pytest.raises(ArgumentTypeError, match=r"Diagram\.add: expected a block such as ph\.Beam"):
         pair[0].add(thing)

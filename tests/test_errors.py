@@ -16,6 +16,7 @@ KINDS = {
     "PortTypeError": (TypeError, "PH204"),
     "PortInUseError": (ValueError, "PH205"),
     "GapError": (ValueError, "PH206"),
+    "NestingError": (ValueError, "PH207"),
     "CausalityError": (ValueError, "PH301"),
     "DanglingPortError": (ValueError, "PH303"),
     "OverdeterminedError": (ValueError, "PH304"),

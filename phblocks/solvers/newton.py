@@ -90,7 +90,9 @@ class Newton:
             # convergence is quadratic: the next update would be about change * ratio**2
             if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * size):
                 return z, iteration
-            if change <= 1e-8 * size and ratio > 0.1 and np.linalg.norm(residual) <= 1e3 * stage.round_off(z):
+            # the forces of joints count here: where they hold everything, the states with energy are nothing but noise
+            near = change <= 1e-8 * max(size, float(np.linalg.norm(z)))
+            if near and ratio > 0.1 and np.linalg.norm(residual) <= 1e3 * stage.round_off(z):
                 return z, iteration  # the round-off floor: no further iteration can improve it
             last, last_moved = change, moved
         return None, self.max_iterations

@@ -116,6 +116,22 @@ def test_a_flexible_beam_on_a_rigid_body_by_a_multiplier(bar):
     np.testing.assert_allclose(solution.velocity(body["b"]), solution.velocity(beam.start), atol=1e-3)
 
 
+@pytest.mark.parametrize("dt", [5e-4, 1e-2])
+def test_all_is_held_by_joints(dt):
+    """After its projection the start is at rest up to round-off, to which nothing can be relative."""
+    d = ph.Diagram("held", gravity=(0.0, -9.81))
+    body = d.add(ph.RigidBody("body", 0.7, 0.2, (0.3, 0.4), {"foot": (0.0, 0.0), "tip": (0.5, 0.8)}, angle=2.0))
+    mass = d.add(ph.Mass("mass", 5.0, (0.5, 0.8)))
+    d.weld(body["foot"], d.ground, multiplier=True)
+    d.pin(body["tip"], mass.centre, multiplier=True)
+    system = d.compile()
+    solution = ph.simulate(system, 10 * dt, dt, start=system.rigid_motion(velocity=(1.0, 1.0), spin=1.0))
+    assert solution.status.ok
+    np.testing.assert_allclose(solution.velocity(mass.centre)[1:], 0.0, atol=1e-13)
+    held = np.array([solution.state(f"pin body mass.force {axis}[0]") for axis in "xy"])
+    np.testing.assert_allclose(np.hypot(*held[:, 1:]), 5.0 * 9.81, rtol=1e-9)
+
+
 @pytest.mark.parametrize("turns", [True, False])
 def test_a_slider_runs_down_an_incline(turns):
     """A body on a guide of slope 3/4 falls with g sin; the guide carries m g cos."""
