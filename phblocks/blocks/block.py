@@ -14,6 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from phblocks.blocks.storage import Storage
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.ports import Anchor, Exposure, Place, Port, Ports
 from phblocks.space import Space
@@ -273,6 +274,9 @@ class Form:
         States at the start, shape (size,); ``None`` for zero (at rest, stress-free).
     lines : sequence of LineForm
         Lines of action that turn with what they join.
+    storage : Storage or None
+        The states whose energy is not quadratic, if there are any; E, J0, R, T and the outputs of ports do not act on
+        its energy variables, and E not on its co-energy variables.
     """
 
     size: int
@@ -287,6 +291,7 @@ class Form:
     points: MaterialPoints | None = None
     start: Floats | None = None
     lines: Sequence[LineForm] = ()
+    storage: Storage | None = None
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse as sp
 
+from phblocks.errors import StructureError
 from phblocks.system.angles import Angles
 from phblocks.system.parts import State
 from phblocks.triplets import Floats, Triplets
@@ -66,6 +67,9 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     phi = system.features(state.theta, x)
     moving = system.kinematics.contracted(phi).csr(shape)
     A = system.J(x, state.theta) - system.R + moving + swapped.contracted(x).csr(shape)
+    for s in system.storages:
+        rows, columns = np.meshgrid(s.energy, s.energy, indexing="ij")
+        A = A - Triplets.of(rows.ravel(), columns.ravel(), values=np.ravel(s.hessian(x[s.energy]))).csr(shape)
     # kappa[i, f]: what multiplies feature f in equation i; its slope times d alpha / d theta is the derivative
     kappa = _kappa(system, x, u)
     by_theta, by_x = _slopes(system, state.theta, x)
@@ -98,7 +102,19 @@ def small_motions(system: System) -> System:
     -------
     System
         With constant matrices and the same names.
+
+    Raises
+    ------
+    StructureError
+        If the energy is not quadratic.
     """
+    if not system.quadratic:
+        raise StructureError(
+            f"small motions of system {system.name!r}",
+            expected="an energy that is quadratic in the states",
+            got="a block with another one",
+            fix="Use linearize().",
+        )
     phi = system.features(system.start.theta, system.start.x)
     a, b, g = system.kinematics.indices
     spans = Triplets((a, b, np.zeros_like(g)), system.kinematics.values * phi[g])
