@@ -81,7 +81,9 @@ class CustomBlock(Typed):
     ) -> None:
         super().__init__(name)
         if isinstance(size, bool) or not isinstance(size, (int, np.integer)) or size < 1:
-            error = DataError if isinstance(size, (int, np.integer)) and not isinstance(size, bool) else ArgumentTypeError
+            error = (
+                DataError if isinstance(size, (int, np.integer)) and not isinstance(size, bool) else ArgumentTypeError
+            )
             raise error(f"{self._where} size", expected="a positive integer", got=repr(size), fix="Count the states.")
         n = int(size)
         for word, function in (("hamiltonian", hamiltonian), ("gradient", gradient), ("hessian", hessian)):
@@ -228,9 +230,7 @@ class CustomBlock(Typed):
         runs += [state(f"z{i}", f"J/({unit})" if unit else "", NO_ENERGY) for i, unit in enumerate(self.units)]
         output = np.hstack([np.zeros_like(self.G.T), self.G.T])
         outputs = {name: (self._gives(name), output[list(port.columns)]) for name, port in self.typing.items()}
-        form = lumped_form(
-            self._ports, runs, E, J, R, outputs, np.concatenate([self.start, self.gradient(self.start)])
-        )
+        form = lumped_form(self._ports, runs, E, J, R, outputs, np.concatenate([self.start, self.gradient(self.start)]))
         curvature = np.abs(self.hessian(self.start).diagonal())
         size = 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0))
         energy = np.arange(n)

@@ -75,7 +75,9 @@ class StageEquation:
         n_angles, first_direction = system.angles.reference.size, 1 + 2 * system.angles.reference.size
         by = _Dependence(system, pairs[1], chain)
         codes += [_code(pairs[0][pair], column, self.n) for pair, column, _ in by.parts]
-        codes += [_code(np.repeat(s.energy, s.energy.size), np.tile(s.energy, s.energy.size), self.n) for s in system.storages]
+        codes += [
+            _code(np.repeat(s.energy, s.energy.size), np.tile(s.energy, s.energy.size), self.n) for s in system.storages
+        ]
         pattern, spots = np.unique(np.concatenate(codes), return_inverse=True)
         at = iter(np.split(spots, np.cumsum([c.size for c in codes])[:-1]))
 

@@ -90,6 +90,35 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     )
 
 
+def energy_variables(system: System, state: State, size: int) -> tuple[sp.csr_array, sp.csr_array]:
+    """Return what takes the co-energy variables of energies that are not quadratic out of a linearisation.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    state : State
+        What it was linearised about.
+    size : int
+        Number of states of the linearisation.
+
+    Returns
+    -------
+    left, right : scipy.sparse.csr_array
+        ``left E right`` and ``left A right`` are those of the states that are left, of which ``right`` makes all;
+        ``left E right`` is the Hessian for energy variables where that is positive definite, and the identity else.
+    """
+    left, right = sp.eye_array(size, format="lil"), sp.eye_array(size, format="lil")
+    for s in system.storages:
+        hessian = s.hessian(state.x[s.energy])
+        right[np.ix_(s.coenergy, s.energy)] = hessian
+        left[s.energy, s.energy] = 0.0
+        stable = float(np.linalg.eigvalsh(hessian).min()) > 0.0
+        left[np.ix_(s.energy, s.coenergy)] = hessian if stable else np.eye(s.energy.size)
+    kept = np.setdiff1d(np.arange(size), np.flatnonzero(system.coenergy))
+    return sp.csr_array(left)[kept], sp.csr_array(sp.csr_array(right)[:, kept])
+
+
 def small_motions(system: System) -> System:
     """Drop the products of states and hold all angles; see :meth:`System.small_motions`.
 

@@ -33,7 +33,7 @@ from phblocks.export import write
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
 from phblocks.system.constraints import find_constraints
-from phblocks.system.linearization import Linearization, linearize, small_motions
+from phblocks.system.linearization import Linearization, energy_variables, linearize, small_motions
 from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
 from phblocks.system.parts import Connections, Input, Part, Site, State
@@ -481,7 +481,11 @@ class System:
             If n is not a positive integer, or a state or input does not fit.
         """
         linear = self.linearize(state, u)
-        return find_modes(linear.E, linear.A, n)
+        if self.quadratic:
+            return find_modes(linear.E, linear.A, n)
+        left, right = energy_variables(self, self.start if state is None else state, linear.A.shape[0])
+        found = find_modes(sp.csr_array(left @ linear.E @ right), sp.csr_array(left @ linear.A @ right), n)
+        return Modes(found.frequencies, found.growth, right @ found.shapes)
 
     def rigid_motion(
         self,

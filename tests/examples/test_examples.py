@@ -75,7 +75,8 @@ def test_every_example_is_tested():
 
 
 @pytest.mark.parametrize(
-    ("name", "figures"), [("four_bar", 5), ("pendulum", 2), ("cantilever_modes", 2), ("dc_motor_arm", 1)]
+    ("name", "figures"),
+    [("four_bar", 5), ("pendulum", 2), ("cantilever_modes", 2), ("dc_motor_arm", 1), ("duffing", 1)],
 )
 def test_command_line(ran, name, figures):
     found = ran(name)
@@ -218,3 +219,17 @@ def test_motor_and_arm(ran):
     assert np.degrees(found.lag) == pytest.approx(14.84, rel=1e-2)  # 14.84 with 8 elements and half the step
     assert found.energy_error < 1e-11 * found.solution.energy.supplied[-1]
     assert "of it heat in the winding 1.2597" in ran("dc_motor_arm").printed
+
+
+# The Duffing oscillator
+
+
+def test_duffing(ran):
+    command = ran("duffing")
+    exact, midpoint = command.result["discrete gradient"], command.result["midpoint"]
+    assert exact.energy_error < 1e-11
+    assert midpoint.energy_error == pytest.approx(9.1e-3, rel=0.01)  # the number of docs/theory.md
+    for run in (exact, midpoint):
+        errors = list(run.position_errors.values())
+        assert np.log2(errors[-2] / errors[-1]) == pytest.approx(2.0, abs=0.05)
+    assert f"{midpoint.energy_error:.2e}" in command.printed
