@@ -12,6 +12,7 @@ from phblocks.blocks.beam.section import Section
 from phblocks.blocks.body import Mass, RigidBody
 from phblocks.blocks.bushing import Bushing
 from phblocks.blocks.circuit import Capacitor, Inductor, Reference, Resistor
+from phblocks.blocks.custom import CustomBlock
 from phblocks.blocks.joints import RigidJoint, Slider
 from phblocks.blocks.motor import DCMotor
 from phblocks.blocks.sources import AngularVelocity, Current, Force, Moment, Velocity, Voltage
@@ -26,6 +27,7 @@ from phblocks.nesting import Nested
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
 from phblocks.results.solution import Solution
 from phblocks.simulation import simulate
+from phblocks.solvers.discrete_gradient import DiscreteGradient
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.newton import Newton
 from phblocks.system import State, System
@@ -42,10 +44,12 @@ __all__ = [
     "Capacitor",
     "CausalityReport",
     "Current",
+    "CustomBlock",
     "DCMotor",
     "Damper",
     "Damping",
     "Diagram",
+    "DiscreteGradient",
     "Domain",
     "Force",
     "Gyrator",

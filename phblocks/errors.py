@@ -140,6 +140,12 @@ class StructureError(PhblocksError, ValueError):
     code = "PH401"
 
 
+class MethodError(PhblocksError, ValueError):
+    """A time method does not keep the energy of the system it is asked to integrate."""
+
+    code = "PH402"
+
+
 class ExportError(PhblocksError, ValueError):
     """A file cannot be written or read."""
 

@@ -17,6 +17,7 @@ from phblocks.inputs import Drive, NotFinite
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
 from phblocks.results.status import Statistics, Status
+from phblocks.solvers.discrete_gradient import DiscreteGradient
 from phblocks.solvers.midpoint import Midpoint, MidpointStepper
 from phblocks.solvers.step import Step
 from phblocks.system import State, System, consistent_start
@@ -33,7 +34,7 @@ def simulate(
     system: System,
     t_end: float,
     dt: float,
-    method: Midpoint | None = None,
+    method: Midpoint | DiscreteGradient | None = None,
     start: State | None = None,
     inputs: Mapping[str, Signal] | None = None,
     save_every: int = 1,
@@ -56,8 +57,9 @@ def simulate(
         Duration, s, at least dt.
     dt : float
         Step, s; the last one is shorter if dt does not divide t_end.
-    method : Midpoint, optional
-        Time method with its options, ``Midpoint()`` by default.
+    method : Midpoint or DiscreteGradient, optional
+        Time method with its options; by default ``Midpoint()``, or ``DiscreteGradient()`` if the system has an energy
+        that is not quadratic.
     start : State, optional
         Where to start from, see ``system.rigid_motion`` and ``solution.at``; the initial configuration at rest by
         default.
@@ -83,11 +85,14 @@ def simulate(
         If a number is out of its range, or an input or a state has the wrong shape or an unknown name.
     ArgumentTypeError
         If the system or the method is not one, or an argument is of another wrong kind.
+    MethodError
+        If the method does not keep the energy of the system.
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")
-    method = Midpoint() if method is None else method
-    if not isinstance(method, Midpoint):
+    if method is None:
+        method = Midpoint() if system.quadratic else DiscreteGradient()
+    if not isinstance(method, (Midpoint, DiscreteGradient)):
         raise ArgumentTypeError(
             "simulate method",
             expected="a method such as ph.Midpoint()",
@@ -102,6 +107,7 @@ def simulate(
             error = ArgumentTypeError if wrong else DataError
             raise error(f"simulate {name}", expected=f"an integer >= {least}", got=repr(value), fix="Correct it.")
     state = system.start if start is None else require_state(system, start, "simulate start")
+    state = state if system.quadratic else State(system.settled(state.x), state.theta, state.points)
     drive = Drive(system, {} if inputs is None else inputs)
     clock = perf_counter()
     change = 0.0

@@ -24,6 +24,7 @@ KINDS = {
     "HeldPortError": (ValueError, "PH306"),
     "ConstraintError": (ValueError, "PH302"),
     "StructureError": (ValueError, "PH401"),
+    "MethodError": (ValueError, "PH402"),
     "ExportError": (ValueError, "PH501"),
 }
 

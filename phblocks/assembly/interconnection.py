@@ -97,6 +97,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     n, m, n_theta = layout.n, len(layout.inputs), int(keep.sum())
     forms = [(name, layout.forms[name], layout.first_state[name]) for name in layout.forms]
     driven_rows, driven_inputs = layout.driven_rows()
+    held = [f.storage.shifted(i) for _, f, i in forms if f.storage is not None]
+    joints.kinematics += [Triplets.of(s.energy, s.coenergy, 0, values=1.0) for s in held]
     fixed, turning = _constant(_features(Triplets.join(joints.K, order=3), n_angles, len(joints.directions)))
     fixed_u, turning_u = _constant(_features(Triplets.join(joints.K_u, order=3), n_angles, len(joints.directions)))
     kinematics_u = _constant(_features(Triplets.join(joints.kinematics_u, order=3), n_angles, 0))[0]

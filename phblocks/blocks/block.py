@@ -14,6 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from phblocks.blocks.storage import Storage
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.ports import Anchor, Exposure, Place, Port, Ports
 from phblocks.space import Space
@@ -277,6 +278,9 @@ class Form:
         What answers the exposures of the block's own whose port is no place to be joined at, by name of that port:
         an input u enters the state equations as the sum of ``output^T Lambda(frame)^T u``. For a load that follows
         the material frame is :data:`FIXED`.
+    storage : Storage or None
+        The states whose energy is not quadratic, if there are any; E, J0, R, T and the outputs of ports do not act on
+        its energy variables, and E not on its co-energy variables.
     """
 
     size: int
@@ -292,6 +296,7 @@ class Form:
     start: Floats | None = None
     lines: Sequence[LineForm] = ()
     loads: Mapping[str, Sequence[Piece]] = field(default_factory=dict)
+    storage: Storage | None = None
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0

@@ -40,7 +40,76 @@ class SystemPort:
     gives: str
 
 
-class SystemBlock(Lumped):
+class Typed(Lumped):
+    """A part with columns of inputs, each in one port of any type.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the diagram.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self._where = f"{type(self).__name__} {name!r}"
+
+    def _make_ports(self, ports: Mapping[str, SystemPort] | None, m: int) -> None:
+        self.typing = dict(ports or {})
+        used: list[int] = []
+        for name, port in self.typing.items():
+            where = f"{self._where} port {name!r}"
+            if not isinstance(port, SystemPort) or not isinstance(port.domain, Domain):
+                raise ArgumentTypeError(where, expected="a ph.SystemPort", got=repr(port), fix="Make one.")
+            words = (port.domain.common.name, port.domain.summed.name)
+            if port.gives not in words:
+                raise DataError(
+                    f"{where} gives", expected=f"{words[0]!r} or {words[1]!r}", got=repr(port.gives), fix="Choose one."
+                )
+            count = len(port.domain.components(PLANAR))
+            if len(port.columns) != count:
+                raise DataError(
+                    f"{where} columns",
+                    expected=f"{count} for {port.domain.name}",
+                    got=repr(port.columns),
+                    fix="Correct.",
+                )
+            used += list(port.columns)
+            self._add_port(name, port.domain)
+        if sorted(used) != list(range(m)):
+            raise DataError(
+                f"{self._where} ports",
+                expected=f"each of the {m} inputs in one port",
+                got=f"columns {used}",
+                fix="Name every column of G once.",
+            )
+
+    @property
+    def space(self) -> Space | None:
+        """The plane if there is a mechanical port."""
+        return PLANAR if any(p.domain.turns_with for p in self._ports) else None
+
+    def __getitem__(self, name: str) -> Port:
+        """Return the port of that name."""
+        return self.ports[name]
+
+    def _gives(self, name: str) -> bool:
+        port = self.typing[name]
+        return port.gives == port.domain.common.name
+
+    def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
+        """Say that the matrices leave no choice.
+
+        Returns
+        -------
+        choices : sequence of PortChoice
+            One for each port.
+        ties : sequence of Tie
+            None.
+        """
+        return [PortChoice(p, may_give=self._gives(p.name), may_take=not self._gives(p.name)) for p in self._ports], []
+
+
+class SystemBlock(Typed):
     """A port-Hamiltonian system in matrices, of any port typing.
 
     ``E x' = (J - R) Q x + (G - P) u`` and ``y = (G + P)^T Q x + (S + N) u`` with ``H = 1/2 x^T Q^T E x``. The states
@@ -94,7 +163,6 @@ class SystemBlock(Lumped):
         units: Sequence[str] | None = None,
     ) -> None:
         super().__init__(name)
-        self._where = f"SystemBlock {name!r}"
         n = self._size({"E": E, "J": J, "R": R, "Q": Q, "G": G, "P": P}, axis=0)
         m = self._size({"S": S, "N": N}, axis=0) if G is None and P is None else self._size({"G": G, "P": P}, axis=1)
         if n is None:
@@ -114,8 +182,7 @@ class SystemBlock(Lumped):
             raise DataError(
                 f"{self._where} units", expected=f"{n} texts", got=str(len(self.units)), fix="Name one for each state."
             )
-        self.typing = dict(ports or {})
-        self._make_ports(m)
+        self._make_ports(ports, m)
 
     def _size(self, given: Mapping[str, ArrayLike | None], axis: int) -> int | None:
         for letter, value in given.items():
@@ -172,60 +239,6 @@ class SystemBlock(Lumped):
                     got="a singular combination of states",
                     fix="Transform the states so that those without energy stand alone.",
                 )
-
-    def _make_ports(self, m: int) -> None:
-        used: list[int] = []
-        for name, port in self.typing.items():
-            where = f"{self._where} port {name!r}"
-            if not isinstance(port, SystemPort) or not isinstance(port.domain, Domain):
-                raise ArgumentTypeError(where, expected="a ph.SystemPort", got=repr(port), fix="Make one.")
-            words = (port.domain.common.name, port.domain.summed.name)
-            if port.gives not in words:
-                raise DataError(
-                    f"{where} gives", expected=f"{words[0]!r} or {words[1]!r}", got=repr(port.gives), fix="Choose one."
-                )
-            count = len(port.domain.components(PLANAR))
-            if len(port.columns) != count:
-                raise DataError(
-                    f"{where} columns",
-                    expected=f"{count} for {port.domain.name}",
-                    got=repr(port.columns),
-                    fix="Correct.",
-                )
-            used += list(port.columns)
-            self._add_port(name, port.domain)
-        if sorted(used) != list(range(m)):
-            raise DataError(
-                f"{self._where} ports",
-                expected=f"each of the {m} inputs in one port",
-                got=f"columns {used}",
-                fix="Name every column of G once.",
-            )
-
-    @property
-    def space(self) -> Space | None:
-        """The plane if there is a mechanical port."""
-        return PLANAR if any(p.domain.turns_with for p in self._ports) else None
-
-    def __getitem__(self, name: str) -> Port:
-        """Return the port of that name."""
-        return self.ports[name]
-
-    def _gives(self, name: str) -> bool:
-        port = self.typing[name]
-        return port.gives == port.domain.common.name
-
-    def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
-        """Say that the matrices leave no choice.
-
-        Returns
-        -------
-        choices : sequence of PortChoice
-            One for each port.
-        ties : sequence of Tie
-            None.
-        """
-        return [PortChoice(p, may_give=self._gives(p.name), may_take=not self._gives(p.name)) for p in self._ports], []
 
     def form(self, gives: Mapping[str, bool]) -> Form:
         """Reduce the block to its matrices.

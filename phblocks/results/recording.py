@@ -289,6 +289,7 @@ class _Books:
         self.system = system
         self.n_blocks, self.n_kinds = len(system.parts), len(system.energy_kinds)
         block = np.repeat(np.arange(self.n_blocks), [p.states.stop - p.states.start for p in system.parts])
+        self._block = block
         self._energy_sum = _summing(block * self.n_kinds + system.energy_kind_of_state, self.n_blocks * self.n_kinds)
         connections = system.connections
         self._flow = connections.entries
@@ -323,7 +324,12 @@ class _Books:
     def stored(self, x: Floats) -> Floats:
         """Stored energy, shape (times, blocks, kinds)."""
         density = 0.5 * x * (self.system.E @ x.T).T
-        return np.asarray((self._energy_sum @ density.T).T).reshape(-1, self.n_blocks, self.n_kinds)
+        stored = np.asarray((self._energy_sum @ density.T).T).reshape(-1, self.n_blocks, self.n_kinds)
+        for storage in self.system.storages:
+            first = storage.energy[0]
+            kind = self.system.energy_kind_of_state[first]
+            stored[:, self._block[first], kind] += [storage.hamiltonian(row) for row in x[:, storage.energy]]
+        return stored
 
     def potential(self, points: Floats) -> Floats:
         """Potential energy of gravity by block, shape (times, blocks)."""

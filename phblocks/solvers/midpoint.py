@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phblocks.errors import ArgumentTypeError
+from phblocks.errors import ArgumentTypeError, MethodError
 from phblocks.solvers.linear import LinearSolver, linear_solver
 from phblocks.solvers.newton import Newton
 from phblocks.solvers.stage import StageEquation
@@ -30,6 +30,8 @@ class Midpoint:
     ----------
     newton : Newton, optional
         Tolerance and limit of the iteration.
+    allow_energy_error : bool, optional
+        Also integrate systems whose energy is not quadratic, where the balance holds to second order only.
 
     Raises
     ------
@@ -43,6 +45,7 @@ class Midpoint:
     """
 
     newton: Newton = field(default_factory=Newton)
+    allow_energy_error: bool = False
 
     def __post_init__(self) -> None:
         """Check the options."""
@@ -66,7 +69,20 @@ class Midpoint:
         -------
         MidpointStepper
             Ready for steps.
+
+        Raises
+        ------
+        MethodError
+            If the energy is not quadratic and ``allow_energy_error`` not set.
         """
+        if not system.quadratic and not self.allow_energy_error:
+            names = ", ".join(repr(p.name) for p in system.parts if p.form.storage is not None)
+            raise MethodError(
+                f"Midpoint for system {system.name!r}",
+                expected="an energy that is quadratic in the states",
+                got=f"another one in {names}",
+                fix="Use ph.DiscreteGradient(), or accept the drift with ph.Midpoint(allow_energy_error=True).",
+            )
         return MidpointStepper(system, self.newton)
 
 
@@ -79,6 +95,8 @@ class MidpointStepper:
         The system to integrate.
     newton : Newton
         Tolerance and limit of the iteration.
+    discrete : bool, optional
+        Energies that are not quadratic act by their discrete gradients.
 
     Attributes
     ----------
@@ -92,9 +110,9 @@ class MidpointStepper:
     nodes = (0.5,)
     weights = (1.0,)
 
-    def __init__(self, system: System, newton: Newton) -> None:
+    def __init__(self, system: System, newton: Newton, discrete: bool = False) -> None:
         self.stage = StageEquation(system)
-        self._newton = newton
+        self._newton, self._discrete = newton, discrete
         self.solver: LinearSolver = linear_solver(self.stage.rows, self.stage.columns, self.stage.n)
         self._factored_for: float | None = None
 
@@ -120,7 +138,8 @@ class MidpointStepper:
             ``None`` if Newton's method did not converge.
         """
         stage = self.stage
-        stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x))
+        before = x if self._discrete else None
+        stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x), before)
         if stage.constant:
             z, iterations = self._solve_linear(x, dt)
         else:
@@ -131,6 +150,7 @@ class MidpointStepper:
         turn = dt * stage.spin(z, u[0])
         end = 2.0 * z - x
         end[stage.algebraic] = z[stage.algebraic]
+        stage.settle(end)
         return Step(end, theta + turn, z[None], (theta + 0.5 * turn)[None], u, dt, iterations)
 
     def _solve_linear(self, x: Floats, dt: float) -> tuple[Floats | None, int]:

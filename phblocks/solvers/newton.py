@@ -12,6 +12,10 @@ from phblocks.solvers.stage import StageEquation
 from phblocks.triplets import Floats
 
 
+#: States with energy that are smaller than this, relative to the forces of joints, are round-off.
+HELD = 1e-12
+
+
 @dataclass(frozen=True)
 class Newton:
     """Options of Newton's method.
@@ -90,8 +94,9 @@ class Newton:
             # convergence is quadratic: the next update would be about change * ratio**2
             if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * size):
                 return z, iteration
-            # the forces of joints count here: where they hold everything, the states with energy are nothing but noise
-            near = change <= 1e-8 * max(size, float(np.linalg.norm(z)))
+            # where joints hold everything, the states with energy are nothing but round-off of the joints' forces
+            whole = float(np.linalg.norm(z))
+            near = change <= 1e-8 * (whole if size <= HELD * whole else size)
             if near and ratio > 0.1 and np.linalg.norm(residual) <= 1e3 * stage.round_off(z):
                 return z, iteration  # the round-off floor: no further iteration can improve it
             last, last_moved = change, moved

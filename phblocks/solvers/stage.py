@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from phblocks.solvers.ordering import narrow_order
+from phblocks.solvers.storages import StorageEquations
 from phblocks.system import System
 from phblocks.system.scaling import state_scale
 from phblocks.triplets import Floats, Ints, Triplets
@@ -43,9 +44,9 @@ class StageEquation:
     rows, columns : numpy.ndarray
         Places of the entries of the Jacobian.
     algebraic : numpy.ndarray
-        The unknowns without energy: rows of zeros in E.
+        The unknowns without a rate: columns of zeros in what multiplies the rates.
     carrying : slice or numpy.ndarray
-        The unknowns with energy.
+        The unknowns with a rate.
     constant : bool
         The Jacobian does not depend on the unknowns.
     """
@@ -74,6 +75,9 @@ class StageEquation:
         n_angles, first_direction = system.angles.reference.size, 1 + 2 * system.angles.reference.size
         by = _Dependence(system, pairs[1], chain)
         codes += [_code(pairs[0][pair], column, self.n) for pair, column, _ in by.parts]
+        codes += [
+            _code(np.repeat(s.energy, s.energy.size), np.tile(s.energy, s.energy.size), self.n) for s in system.storages
+        ]
         pattern, spots = np.unique(np.concatenate(codes), return_inverse=True)
         at = iter(np.split(spots, np.cumsum([c.size for c in codes])[:-1]))
 
@@ -133,6 +137,9 @@ class StageEquation:
         self._rates = sp.csr_array(system.rates[:, self.order] @ unscale)
         self._inputs = sp.csr_array(sp.diags_array(self.scale) @ (system.G0 + system.kinematics_u)[self.order])
         self._line_data = _LineData.of(system, new, scale) if lines.count else None
+        self._storages: StorageEquations | None = None
+        if system.storages:
+            self._storages = StorageEquations(system, new, scale, [slot[next(at)] for _ in system.storages])
         self._work = self._matrix(self._mass.copy())
 
     def _matrix(self, data: Floats) -> sp.csr_array:
@@ -204,7 +211,20 @@ class StageEquation:
         """
         return np.asarray(self._rates @ unknowns + self.system.input_rates @ u)
 
-    def begin(self, mass_factor: float, tau: float, theta: Floats, u: Floats, b: Floats) -> None:
+    def settle(self, unknowns: Floats) -> None:
+        """Set co-energy variables to the gradients of energies that are not quadratic.
+
+        Parameters
+        ----------
+        unknowns : numpy.ndarray
+            Shape (n,), changed in place.
+        """
+        if self._storages is not None:
+            self._storages.settle(unknowns)
+
+    def begin(
+        self, mass_factor: float, tau: float, theta: Floats, u: Floats, b: Floats, before: Floats | None = None
+    ) -> None:
         """Fix the data of a stage.
 
         Parameters
@@ -219,7 +239,11 @@ class StageEquation:
             Inputs, shape (n_inputs,).
         b : numpy.ndarray
             Known part, shape (n,), in scaled, reordered unknowns.
+        before : numpy.ndarray, optional
+            Unknowns at the start of the step, shape (n,): energies that are not quadratic act by their discrete
+            gradients from there to the mirror image in the stage, not by the gradients at the stage.
         """
+        self._before = before
         self._tau = tau
         self._linear = mass_factor * self._mass - self._rest
         theta = theta + tau * (self.system.input_rates @ u)
@@ -265,7 +289,10 @@ class StageEquation:
         residual = work @ z - self._collect @ (kappa * features[self._feature]) - self._known
         parts = [features, self._tau * kappa * slopes[self._feature]]
         parts += [kappa * derivative[self._feature] for derivative in by_line]
-        return residual, self._linear - products - self._modulation @ np.concatenate(parts)
+        jacobian = self._linear - products - self._modulation @ np.concatenate(parts)
+        if self._storages is not None:
+            self._storages.add(z, self._before, residual, jacobian)
+        return residual, jacobian
 
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.
@@ -281,7 +308,8 @@ class StageEquation:
             Of its Euclidean norm.
         """
         size = self._matrix(np.abs(self._work.data)) @ np.abs(z) + np.abs(self._known)
-        return float(np.finfo(float).eps * np.linalg.norm(size))
+        noise = float(np.finfo(float).eps * np.linalg.norm(size))
+        return noise if self._storages is None else noise + float(np.linalg.norm(self._storages.noise))
 
 
 def _code(rows: Ints, columns: Ints, n: int) -> Ints:

@@ -69,7 +69,7 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
     """
     at = system.start if state is None else state
     n, scale = system.n, state_scale(system)
-    free = np.flatnonzero(system.algebraic)
+    free = np.flatnonzero(system.algebraic & ~system.coenergy)
     units = sp.diags_array(scale)
     A = sp.csr_array(units @ (system.J(at.x, at.theta) - system.R) @ units)
     among = sp.csr_array(A[free][:, free])
@@ -92,7 +92,7 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
             left.append(Triplets.of(len(left), free[group], values=vector))
             names.append(system.state_names[free[group[int(np.abs(vector).argmax())]]])
     combine = Triplets.join(left).csr((len(left), n))
-    rows = sp.csr_array(combine @ A @ sp.diags_array(system.carries_energy.astype(float)))
+    rows = sp.csr_array(combine @ A @ sp.diags_array((system.carries_energy | system.coenergy).astype(float)))
     length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
     unit = sp.diags_array(1.0 / np.where(length > RANK, length, 1.0))
     return Constraints(tuple(names), sp.csr_array(unit @ rows), sp.csr_array(unit @ combine @ units), scale)
@@ -159,17 +159,30 @@ def consistent_start(system: System, state: State, u: Floats) -> tuple[State, fl
         The same object if it satisfies the constraints already.
     change : float
         Stored energy after less before, J.
+
+    Raises
+    ------
+    ConstraintError
+        If the start violates a constraint on states whose energy is not quadratic.
     """
     found = find_constraints(system, state)
     if not found.names:
         return state, 0.0
     carries = system.carries_energy
-    x = np.where(carries, state.x, 0.0)
+    x = np.where(carries | system.coenergy, state.x, 0.0)
     outside = found.left @ (system.gravity_force(state.theta) + system.G(state.theta) @ u)
     scaled = x / found.scale
     defect = found.rows @ scaled + outside
     if np.abs(defect).max() <= CONSISTENT * (np.linalg.norm(scaled) + np.abs(outside).max()):
         return state, 0.0
+    gradients = abs(found.rows) @ system.coenergy.astype(float)
+    if (gradients > RANK).any():
+        raise ConstraintError(
+            f"start of system {system.name!r}",
+            expected="a start that satisfies the constraints",
+            got=f"one that violates {found.names[int(gradients.argmax())]}, which a custom block takes part in",
+            fix="Give a start that does: only quadratic energies can be projected.",
+        )
     used = np.flatnonzero(carries)
     units = sp.diags_array(found.scale[used])
     factor = splu(sp.csc_array(units @ system.E[used][:, used] @ units))

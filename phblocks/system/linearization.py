@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse as sp
 
+from phblocks.errors import StructureError
 from phblocks.system.angles import Angles
 from phblocks.system.parts import State
 from phblocks.triplets import Floats, Ints, Triplets
@@ -71,6 +72,9 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     phi = system.features(state.theta, x)
     moving = system.kinematics.contracted(phi).csr(shape)
     A = system.J(x, state.theta) - system.R + moving + swapped.contracted(x).csr(shape)
+    for s in system.storages:
+        rows, columns = np.meshgrid(s.energy, s.energy, indexing="ij")
+        A = A - Triplets.of(rows.ravel(), columns.ravel(), values=np.ravel(s.hessian(x[s.energy]))).csr(shape)
     # kappa[i, f]: what multiplies feature f in equation i; its slope times d alpha / d theta is the derivative
     kappa = _kappa(system, x, u)
     by_theta, by_x = _slopes(system, state.theta, x)
@@ -93,6 +97,35 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     )
 
 
+def energy_variables(system: System, state: State, size: int) -> tuple[sp.csr_array, sp.csr_array]:
+    """Return what takes the co-energy variables of energies that are not quadratic out of a linearisation.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    state : State
+        What it was linearised about.
+    size : int
+        Number of states of the linearisation.
+
+    Returns
+    -------
+    left, right : scipy.sparse.csr_array
+        ``left E right`` and ``left A right`` are those of the states that are left, of which ``right`` makes all;
+        ``left E right`` is the Hessian for energy variables where that is positive definite, and the identity else.
+    """
+    left, right = sp.eye_array(size, format="lil"), sp.eye_array(size, format="lil")
+    for s in system.storages:
+        hessian = s.hessian(state.x[s.energy])
+        right[np.ix_(s.coenergy, s.energy)] = hessian
+        left[s.energy, s.energy] = 0.0
+        stable = float(np.linalg.eigvalsh(hessian).min()) > 0.0
+        left[np.ix_(s.energy, s.coenergy)] = hessian if stable else np.eye(s.energy.size)
+    kept = np.setdiff1d(np.arange(size), np.flatnonzero(system.coenergy))
+    return sp.csr_array(left)[kept], sp.csr_array(sp.csr_array(right)[:, kept])
+
+
 def small_motions(system: System) -> System:
     """Drop the products of states and hold all angles; see :meth:`System.small_motions`.
 
@@ -105,7 +138,19 @@ def small_motions(system: System) -> System:
     -------
     System
         With constant matrices and the same names.
+
+    Raises
+    ------
+    StructureError
+        If the energy is not quadratic.
     """
+    if not system.quadratic:
+        raise StructureError(
+            f"small motions of system {system.name!r}",
+            expected="an energy that is quadratic in the states",
+            got="a block with another one",
+            fix="Use linearize().",
+        )
     phi = system.features(system.start.theta, system.start.x)
     a, b, g = system.kinematics.indices
     spans = Triplets((a, b, np.zeros_like(g)), system.kinematics.values * phi[g])

@@ -31,6 +31,9 @@ def state_scale(system: System) -> Floats:
     diagonal = system.E.diagonal()
     carries = diagonal > 0.0  # also for matrices that are still to be verified
     scale = np.where(carries, 1.0 / np.sqrt(np.where(carries, diagonal, 1.0)), 1.0)
+    for storage in system.storages:
+        carries[storage.energy] = carries[storage.coenergy] = True
+        scale[storage.energy], scale[storage.coenergy] = storage.size, 1.0 / storage.size
     if not carries.all():
         coupling = abs(system.J()) @ np.where(carries, scale, 0.0)
         damping = system.R.diagonal()

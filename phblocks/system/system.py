@@ -27,12 +27,13 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from phblocks.blocks.block import CONFIGURATION, NO_ENERGY
-from phblocks.errors import UnknownNameError
+from phblocks.blocks.storage import Storage
+from phblocks.errors import ExportError, UnknownNameError
 from phblocks.export import write
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
 from phblocks.system.constraints import find_constraints
-from phblocks.system.linearization import Linearization, linearize, small_motions
+from phblocks.system.linearization import Linearization, energy_variables, linearize, small_motions
 from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
 from phblocks.system.parts import Connections, Input, Part, Site, State
@@ -168,14 +169,57 @@ class System:
 
     @cached_property
     def rate_matrix(self) -> sp.csr_array:
-        """What multiplies x' in the equations, shape (n, n): E, and one in the rows of spans."""
+        """What multiplies x' in the equations, shape (n, n): E, and one in the rows of spans.
+
+        The rates of energy variables whose energy is not quadratic stand in the rows of their co-energy variables.
+        """
         spans = self.lines.spans.ravel()
-        return sp.csr_array(self.E + Triplets.of(spans, spans, values=1.0).csr(self.J0.shape))
+        ones = [Triplets.of(spans, spans, values=1.0)]
+        ones += [Triplets.of(s.coenergy, s.energy, values=1.0) for s in self.storages]
+        return sp.csr_array(self.E + Triplets.join(ones).csr(self.J0.shape))
+
+    @cached_property
+    def storages(self) -> tuple[Storage, ...]:
+        """Where energy is stored that is not quadratic in the states, with indices among those of the system."""
+        return tuple(p.form.storage.shifted(p.states.start) for p in self.parts if p.form.storage is not None)
+
+    @property
+    def quadratic(self) -> bool:
+        """Whether the energy is quadratic in the states, so that the midpoint rule keeps its balance exactly."""
+        return not self.storages
+
+    @cached_property
+    def coenergy(self) -> NDArray[np.bool_]:
+        """For each state whether it is the gradient of an energy that is not quadratic."""
+        found = np.zeros(self.n, dtype=bool)
+        for storage in self.storages:
+            found[storage.coenergy] = True
+        return found
+
+    def settled(self, x: Floats) -> Floats:
+        """Set the co-energy variables to the gradients of their energies.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            States, shape (n,).
+
+        Returns
+        -------
+        numpy.ndarray
+            A copy; the same array if the system is quadratic.
+        """
+        if self.quadratic:
+            return x
+        x = x.copy()
+        for storage in self.storages:
+            x[storage.coenergy] = storage.gradient(x[storage.energy])
+        return x
 
     @property
     def linear(self) -> bool:
         """Whether J and G are constant and gravity does not turn: one factorisation serves all steps."""
-        return self.T.nnz == 0 and not any(k.indices[-1].any() for k in (self.K, self.K_u, self.K_g))
+        return self.quadratic and self.T.nnz == 0 and not any(k.indices[-1].any() for k in (self.K, self.K_u, self.K_g))
 
     @cached_property
     def state_names(self) -> tuple[str, ...]:
@@ -221,21 +265,29 @@ class System:
 
     @cached_property
     def carries_energy(self) -> NDArray[np.bool_]:
-        """For each state whether it stores energy; multipliers, states of stateless parts and spans do not."""
+        """For each state whether E says that it stores energy.
+
+        Multipliers, states of stateless parts and spans do not, nor do states whose energy is not quadratic.
+        """
         runs = [run for part in self.parts for run in part.form.runs]
-        return np.repeat(
+        carries = np.repeat(
             [r.energy not in (NO_ENERGY, CONFIGURATION) for r in runs], [r.positions.size for r in runs]
         ).astype(bool)
+        for storage in self.storages:
+            carries[storage.energy] = False
+        return carries
 
     @cached_property
     def algebraic(self) -> NDArray[np.bool_]:
-        """For each state whether it has no rate: a row of zeros in :attr:`rate_matrix`."""
-        return np.asarray(np.diff(self.rate_matrix.indptr) == 0)
+        """For each state whether it has no rate: a column of zeros in :attr:`rate_matrix`."""
+        rated = np.zeros(self.n, dtype=bool)
+        rated[self.rate_matrix.indices] = True
+        return ~rated
 
     @cached_property
     def is_dae(self) -> bool:
         """Whether E is singular: there are states without energy."""
-        return bool(self.algebraic.any())
+        return bool((self.algebraic & ~self.coenergy).any())
 
     @cached_property
     def constraint_names(self) -> tuple[str, ...]:
@@ -360,6 +412,8 @@ class System:
         theta = self.start.theta if theta is None else theta
         moving = self.kinematics.contracted(self.features(theta, x)).csr(self.J0.shape)
         result = (self.J(x, theta) - self.R + moving) @ x + self.gravity_force(theta)
+        for s in self.storages:
+            result[s.energy] -= s.gradient(x[s.energy])
         return np.asarray(result + (self.G(theta, x) + self.kinematics_u) @ u)
 
     def linearize(self, state: State | None = None, u: Floats | None = None) -> Linearization:
@@ -427,7 +481,11 @@ class System:
             If n is not a positive integer, or a state or input does not fit.
         """
         linear = self.linearize(state, u)
-        return find_modes(linear.E, linear.A, n)
+        if self.quadratic:
+            return find_modes(linear.E, linear.A, n)
+        left, right = energy_variables(self, self.start if state is None else state, linear.A.shape[0])
+        found = find_modes(sp.csr_array(left @ linear.E @ right), sp.csr_array(left @ linear.A @ right), n)
+        return Modes(found.frequencies, found.growth, right @ found.shapes, found.diverging)
 
     def rigid_motion(
         self,
@@ -485,10 +543,17 @@ class System:
         Raises
         ------
         ExportError
-            If the suffix is unknown or the file cannot be written.
+            If the suffix is unknown, the file cannot be written, or the energy is not quadratic.
         DataError
             If the state or the input does not fit.
         """
+        if not self.quadratic:
+            raise ExportError(
+                f"system {self.name!r}",
+                expected="an energy that is quadratic in the states, E and Q",
+                got="a block with another one",
+                fix="Export the matrices of linearize().",
+            )
         state = None if state is None else require_state(self, state, "export state")
         return write(matrices_at(self, state, None if u is None else require_input(self, u, "export u")), path)
 
@@ -503,6 +568,7 @@ class System:
         Returns
         -------
         float
-            ``1/2 x^T E x``, J.
+            ``1/2 x^T E x`` and the energies that are not quadratic, J.
         """
-        return float(0.5 * x @ (self.E @ x))
+        other = sum(float(s.hamiltonian(x[s.energy])) for s in self.storages)
+        return float(0.5 * x @ (self.E @ x)) + other

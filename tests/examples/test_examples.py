@@ -84,6 +84,7 @@ def test_every_example_is_tested():
         ("slider_crank", 1),
         ("spring_lattice", 1),
         ("double_pendulum", 1),
+        ("duffing", 1),
     ],
 )
 def test_command_line(ran, name, figures):
@@ -266,3 +267,17 @@ def test_double_pendulum(ran, references, example):
         assert largest[-1] < 1e-4
     for solution in (*found.rigid.values(), *found.flexible.values()):
         assert np.ptp(solution.energy.total) < 1e-11
+
+
+# The Duffing oscillator
+
+
+def test_duffing(ran):
+    command = ran("duffing")
+    exact, midpoint = command.result["discrete gradient"], command.result["midpoint"]
+    assert exact.energy_error < 1e-11
+    assert midpoint.energy_error == pytest.approx(9.1e-3, rel=0.01)  # the number of docs/theory.md
+    for run in (exact, midpoint):
+        errors = list(run.position_errors.values())
+        assert np.log2(errors[-2] / errors[-1]) == pytest.approx(2.0, abs=0.05)
+    assert f"{midpoint.energy_error:.2e}" in command.printed

@@ -1,0 +1,219 @@
+"""Blocks with an energy of the user's: what they assemble to, their linear models, and what is refused."""
+
+import numpy as np
+import pytest
+import sympy
+
+import phblocks as ph
+from phblocks.errors import ArgumentTypeError, ConstraintError, DataError, ExportError, StructureError
+
+LINE = ph.Domain("line", ph.Quantity("velocity", "m/s"), ph.Quantity("force", "N"))
+SKEW = [[0.0, 1.0], [-1.0, 0.0]]
+FUNCTIONS = {
+    "hamiltonian": lambda x: x[1] ** 2 / 2 + x[0] ** 2 / 2 + x[0] ** 4 / 4,
+    "gradient": lambda x: [x[0] + x[0] ** 3, x[1]],
+    "hessian": lambda x: [[1.0 + 3.0 * x[0] ** 2, 0.0], [0.0, 1.0]],
+}
+
+
+def duffing(**options) -> ph.CustomBlock:
+    given = {"J": SKEW, "G": [[0.0], [1.0]], "ports": {"mass": ph.SystemPort(LINE, (0,), "velocity")}}
+    return ph.CustomBlock("duffing", 2, **(FUNCTIONS | given | {"start": [1.5, 0.0]} | options))
+
+
+def alone(block) -> ph.System:
+    d = ph.Diagram("alone")
+    d.add(block)
+    d.expose(block["mass"], "force")
+    return d.compile()
+
+
+def test_what_it_assembles_to():
+    system = alone(duffing(R=np.diag([0.0, 0.3])))
+    assert (system.quadratic, system.linear, system.is_dae, system.constraint_names) == (False, False, False, ())
+    assert system.state_names == tuple(f"duffing.{x}{i}[0]" for x in "xz" for i in range(2))
+    np.testing.assert_array_equal(system.J().toarray()[2:, 2:], SKEW)
+    x, u = np.array([1.2, -0.4]), np.array([0.7])
+    z = np.array(FUNCTIONS["gradient"](x))
+    at = system.settled(np.concatenate([x, [9.0, 9.0]]))
+    np.testing.assert_array_equal(at, [*x, *z])
+    # x' stands in the rows of z, and 0 = z - grad H(x) in those of x
+    rate = (np.array(SKEW) - np.diag([0.0, 0.3])) @ z + [0.0, 0.7]
+    np.testing.assert_allclose(system.force(at, u=u), [0.0, 0.0, *rate], atol=1e-15)
+    np.testing.assert_array_equal(system.rate_matrix.toarray(), np.kron([[0.0, 0.0], [1.0, 0.0]], np.eye(2)))
+    assert system.energy(at) == FUNCTIONS["hamiltonian"](x)
+
+
+def test_quadratic_systems_say_so():
+    d = ph.Diagram("mass")
+    d.add(ph.Mass("m", 1.0, (0.0, 0.0)))
+    system = d.compile()
+    assert system.quadratic
+    assert system.settled(system.start.x) is system.start.x
+
+
+@pytest.mark.parametrize("q", [0.0, 1.5])
+def test_linearization_and_modes(q):
+    system = alone(duffing(start=[q, 0.0]))
+    linear = system.linearize()
+    E, A, B, C = (m.toarray() for m in (linear.E, linear.A, linear.B, linear.C))
+    stiffness, s = 1.0 + 3.0 * q**2, 0.3 + 0.7j
+    np.testing.assert_allclose(C @ np.linalg.solve(s * E - A, B), [[s / (s**2 + stiffness)]], rtol=1e-12)
+    modes = system.modes(1)
+    np.testing.assert_allclose(modes.frequencies, [np.sqrt(stiffness)], rtol=1e-12)
+    np.testing.assert_allclose(modes.growth, 0.0, atol=1e-12)
+    shape = modes.shapes[:, 0]
+    np.testing.assert_allclose(shape[2:], np.diag([stiffness, 1.0]) @ shape[:2], atol=1e-12)
+
+
+def test_modes_where_the_energy_has_a_saddle():
+    q, p = sympy.symbols("q p")
+    block = ph.CustomBlock.from_sympy("well", p**2 / 2 - q**2 / 2 + q**4 / 4, (q, p), J=SKEW)
+    d = ph.Diagram("well")
+    d.add(block)
+    system = d.compile()
+    assert system.modes(1).frequencies.size == 0  # at q = 0 it leaves without swinging
+    x = system.settled(np.array([1.0, 0.0, 0.0, 0.0]))
+    state = ph.State(x, system.start.theta, system.start.points)
+    np.testing.assert_allclose(system.modes(1, state).frequencies, [np.sqrt(2.0)], rtol=1e-12)
+
+
+def test_sympy_gives_the_same_block():
+    q, p = sympy.symbols("q p")
+    block = ph.CustomBlock.from_sympy("duffing", p**2 / 2 + q**2 / 2 + q**4 / 4, (q, p), J=SKEW, start=[1.5, 0.0])
+    hand, rng = duffing(), np.random.default_rng(1)
+    for x in rng.standard_normal((5, 2)):
+        assert block.hamiltonian(x) == pytest.approx(hand.hamiltonian(x), rel=1e-14)
+        np.testing.assert_allclose(block.gradient(x), hand.gradient(x), rtol=1e-14)
+        np.testing.assert_allclose(block.hessian(x), hand.hessian(x), rtol=1e-14)
+    with pytest.raises(DataError, match="one in k too"):
+        ph.CustomBlock.from_sympy("a", sympy.Symbol("k") * q**2, [q])
+    with pytest.raises(ArgumentTypeError, match="sympy expression"):
+        ph.CustomBlock.from_sympy("a", "q**2", [q])
+    with pytest.raises(ArgumentTypeError, match="sympy symbols"):
+        ph.CustomBlock.from_sympy("a", q**2, ["q"])
+
+
+def test_a_stiffening_spring_between_two_masses():
+    d = ph.Diagram("masses")
+    x = sympy.Symbol("x")
+    spring = d.add(
+        ph.CustomBlock.from_sympy(
+            "spring",
+            sympy.cosh(2 * x),
+            [x],
+            G=[[1.0, -1.0]],
+            ports={name: ph.SystemPort(LINE, (i,), "force") for i, name in enumerate(("one", "two"))},
+            start=[0.8],
+            energy="strain",
+        )
+    )
+    wall = d.add(ph.Reference("wall", LINE))
+    for name, mass in (("one", 1.0), ("two", 3.0)):
+        capacitor = d.add(ph.Capacitor(name, mass, domain=LINE, energy="kinetic"))
+        d.connect(spring[name], capacitor.p)
+        d.connect(capacitor.n, wall.port)
+    system = d.compile()
+    solution = ph.simulate(system, 20.0, 0.05)
+    energy = solution.energy
+    assert np.ptp(energy.total) < 1e-13 * energy.total[0]
+    np.testing.assert_allclose(energy.strain, np.cosh(2.0 * solution.x[:, 0]), rtol=1e-14)
+    momentum = solution.x @ [
+        {"one": 1.0, "two": 3.0}.get(name.removesuffix(".velocity[0]"), 0.0) for name in system.state_names
+    ]
+    assert np.abs(momentum).max() < 1e-13
+    assert np.ptp(energy.kinetic) > 0.5
+
+
+def test_a_pendulum_that_turns_a_shaft():
+    d = ph.Diagram("pendulum")
+    a, p = sympy.symbols("a p")
+    block = d.add(
+        ph.CustomBlock.from_sympy(
+            "pendulum",
+            p**2 / 2 - 9.81 * sympy.cos(a),
+            (a, p),
+            J=SKEW,
+            G=[[0.0], [1.0]],
+            ports={"shaft": ph.SystemPort(ph.ROTATION, (0,), "angular velocity")},
+            start=[2.0, 0.0],
+        )
+    )
+    damper = d.add(ph.TorsionDamper("damper", 0.05))
+    d.connect(block["shaft"], damper.first)
+    d.connect(damper.second, d.ground.rotation)
+    system = d.compile()
+    solution = ph.simulate(system, 10.0, 0.02)
+    assert solution.max_power_balance_error < 1e-13
+    assert solution.energy.dissipated[-1] > 0.1
+    np.testing.assert_allclose(2.0 + solution.at(10.0).theta[0], solution.x[-1, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"gradient": lambda x: [x[0] + x[0] ** 2, x[1]]}, StructureError, "gradient: expected the derivative"),
+        ({"hessian": lambda x: [[1.0, 0.0], [0.0, 1.0]]}, StructureError, "hessian: expected the derivative"),
+        ({"gradient": lambda x: [x[0]]}, DataError, "gradient: expected shape"),
+        ({"hessian": lambda x: x}, DataError, "hessian: expected shape"),
+        ({"hamiltonian": lambda x: np.nan}, DataError, "not finite at the start"),
+        ({"hamiltonian": lambda x: "energy"}, ArgumentTypeError, "hamiltonian"),
+        ({"hamiltonian": 3.0}, ArgumentTypeError, "a function of x"),
+        ({"J": np.eye(2)}, StructureError, "skew"),
+        ({"R": -np.eye(2)}, StructureError, "semidefinite"),
+        ({"J": np.eye(3)}, DataError, "shape"),
+        ({"G": None}, DataError, "ports"),
+        ({"G": [0.0, 1.0]}, DataError, "G: expected finite numbers of shape"),
+        ({"G": "G"}, ArgumentTypeError, "G"),
+        ({"start": [1.0]}, DataError, "start"),
+        ({"units": ("m",)}, DataError, "units"),
+        ({"size": 0}, DataError, "size"),
+        ({"size": 2.0}, ArgumentTypeError, "size"),
+    ],
+)
+def test_what_is_refused(options, error, words):
+    given = FUNCTIONS | {"size": 2, "J": SKEW, "G": [[0.0], [1.0]], "start": [1.5, 0.0]}
+    given |= {"ports": {"mass": ph.SystemPort(LINE, (0,), "velocity")}} | options
+    with pytest.raises(error, match=words):
+        ph.CustomBlock("duffing", **given)
+
+
+def test_what_its_systems_refuse(tmp_path):
+    system = alone(duffing())
+    with pytest.raises(StructureError, match="linearize"):
+        system.small_motions()
+    with pytest.raises(ExportError, match="quadratic"):
+        system.export(tmp_path / "system.npz")
+
+
+@pytest.fixture
+def held() -> ph.System:
+    """A mass of the user's, with the energy p^2 / 2 + p^4 / 4, geared by a multiplier to another mass."""
+    d = ph.Diagram("held")
+    p = sympy.Symbol("p")
+    port = {"mass": ph.SystemPort(LINE, (0,), "velocity")}
+    mass = d.add(ph.CustomBlock.from_sympy("custom", p**2 / 2 + p**4 / 4, [p], G=[[1.0]], ports=port))
+    other = d.add(ph.Capacitor("other", 2.0, domain=LINE, energy="kinetic"))
+    gear = d.add(ph.Transformer("gear", 3.0, LINE, LINE, multiplier=True))
+    d.connect(mass["mass"], gear.first)
+    d.connect(gear.second, other.p)
+    d.connect(other.n, d.add(ph.Reference("wall", LINE)).port)
+    d.expose(mass["mass"], "force")
+    return d.compile()
+
+
+def test_held_by_a_multiplier(held):
+    assert held.is_dae
+    assert len(held.constraint_names) == 1
+    solution = ph.simulate(held, 2.0, 0.01, inputs={"force": np.cos})
+    assert solution.status.name == "success"
+    assert solution.max_power_balance_error < 1e-13
+    velocity = {name: solution.x[1:, held.state_names.index(name)] for name in ("custom.z0[0]", "other.velocity[0]")}
+    np.testing.assert_allclose(velocity["other.velocity[0]"], 3.0 * velocity["custom.z0[0]"], atol=1e-3)
+
+
+def test_a_start_that_violates_the_multiplier_is_refused(held):
+    x = held.start.x.copy()
+    x[held.state_names.index("custom.x0[0]")] = 1.0
+    with pytest.raises(ConstraintError, match="custom block"):
+        ph.simulate(held, 1.0, 0.1, start=ph.State(x, held.start.theta, held.start.points), inputs={"force": 0.0})
