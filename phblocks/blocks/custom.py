@@ -97,9 +97,9 @@ class CustomBlock(Typed):
         none = np.zeros((n, n))
         self.J = none if J is None else require_matrix(f"{self._where} J", J, (n, n))
         self.R = none if R is None else require_matrix(f"{self._where} R", R, (n, n))
-        inputs = np.zeros((n, 0)) if G is None else real_array(G)
-        columns = inputs.shape[1] if inputs is not None and inputs.ndim == 2 else 0
-        self.G = inputs if G is None and inputs is not None else require_matrix(f"{self._where} G", G, (n, columns))  # type: ignore[arg-type]  # not None
+        given = None if G is None else real_array(G)
+        columns = given.shape[1] if given is not None and given.ndim == 2 else 0
+        self.G = np.zeros((n, 0)) if G is None else require_matrix(f"{self._where} G", G, (n, columns))
         x = np.zeros(n) if start is None else real_array(start)
         if x is None or x.shape != (n,) or not np.isfinite(x).all():
             raise DataError(f"{self._where} start", expected=f"{n} finite numbers", got=repr(start), fix="Correct it.")
