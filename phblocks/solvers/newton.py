@@ -11,7 +11,6 @@ from phblocks.solvers.linear import LinearSolver
 from phblocks.solvers.stage import StageEquation
 from phblocks.triplets import Floats
 
-
 #: States with energy that are smaller than this, relative to the forces of joints, are round-off.
 HELD = 1e-12
 
