@@ -15,7 +15,7 @@ import numpy as np
 
 from phblocks.assembly.layout import Layout, lay_out
 from phblocks.assembly.structure import check_structure
-from phblocks.blocks.block import AngleRows
+from phblocks.blocks.form import AngleRows
 from phblocks.causality import CausalityReport
 from phblocks.errors import DataError
 from phblocks.frames import NO_TURN, QUARTER, Turn

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phblocks.blocks.block import FIXED, AngleRows, Form
+from phblocks.blocks.form import FIXED, AngleRows, Form
 from phblocks.causality import CausalityReport
 from phblocks.frames import NO_TURN, Turn
 from phblocks.network import Junction, Network

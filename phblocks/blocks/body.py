@@ -9,21 +9,9 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import (
-    FIXED,
-    AngleRows,
-    Block,
-    BlockPoint,
-    Form,
-    History,
-    MaterialPoints,
-    Piece,
-    PortChoice,
-    PortForm,
-    StateRun,
-    Tie,
-)
+from phblocks.blocks.block import Block, BlockPoint, PortChoice, Tie
 from phblocks.blocks.checks import require_point, require_positive, require_real
+from phblocks.blocks.form import FIXED, AngleRows, Form, History, MaterialPoints, Piece, PortForm, StateRun
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.frames import QUARTER
 from phblocks.ports import Anchor, Place

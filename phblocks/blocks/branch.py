@@ -16,18 +16,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from phblocks.blocks.block import (
-    FIXED,
-    NO_ENERGY,
-    AngleRows,
-    Block,
-    Form,
-    Piece,
-    PortChoice,
-    PortForm,
-    StateRun,
-    Tie,
-)
+from phblocks.blocks.block import Block, PortChoice, Tie
+from phblocks.blocks.form import FIXED, NO_ENERGY, AngleRows, Form, Piece, PortForm, StateRun
 from phblocks.ports import ROTATION, Anchor, Domain, Port, Ports
 from phblocks.space import Space
 from phblocks.triplets import Floats, Triplets

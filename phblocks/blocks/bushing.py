@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import FIXED, AngleRows, Block, Form, Piece, PortChoice, PortForm, Tie
+from phblocks.blocks.block import Block, PortChoice, Tie
 from phblocks.blocks.branch import entries, state
 from phblocks.blocks.checks import require_finite, require_matrix, require_semidefinite
+from phblocks.blocks.form import FIXED, AngleRows, Form, Piece, PortForm
 from phblocks.errors import DataError
 from phblocks.frames import QUARTER
 from phblocks.ports import Anchor

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from phblocks.blocks.block import Form, PortChoice, PortForm, StateRun, Tie
+from phblocks.blocks.block import PortChoice, Tie
 from phblocks.blocks.branch import Lumped, branch_form, state
 from phblocks.blocks.checks import require_finite, require_positive
+from phblocks.blocks.form import Form, PortForm, StateRun
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import ELECTRICAL, Domain, Port
 from phblocks.triplets import Triplets

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import NO_ENERGY, Form
 from phblocks.blocks.branch import lumped_form, state
 from phblocks.blocks.checks import require_matrix, require_semidefinite
+from phblocks.blocks.form import NO_ENERGY, Form
 from phblocks.blocks.storage import Storage
 from phblocks.blocks.system_block import TOLERANCE, SystemPort, Typed
 from phblocks.errors import ArgumentTypeError, DataError, StructureError

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from phblocks.blocks.block import AngleRows, Block, Form, PortChoice, PortForm, Tie
+from phblocks.blocks.block import Block, PortChoice, Tie
+from phblocks.blocks.form import AngleRows, Form, PortForm
 from phblocks.ports import Anchor
 from phblocks.space import Space
 from phblocks.triplets import Triplets

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import Form
 from phblocks.blocks.branch import Lumped, lumped_form, state
 from phblocks.blocks.checks import require_point
+from phblocks.blocks.form import Form
 from phblocks.errors import DataError
 from phblocks.ports import ROTATION, TRANSLATION
 from phblocks.space import PLANAR, Space

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from phblocks.blocks.block import NO_ENERGY, Form, PortChoice, Tie
+from phblocks.blocks.block import PortChoice, Tie
 from phblocks.blocks.branch import Lumped, branch_form, state
 from phblocks.blocks.checks import require_finite, require_not_negative, require_positive
+from phblocks.blocks.form import NO_ENERGY, Form
 from phblocks.ports import ELECTRICAL, ROTATION
 from phblocks.space import PLANAR, Space
 

@@ -12,9 +12,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import Form, PortForm
 from phblocks.blocks.branch import Lumped
 from phblocks.blocks.circuit import require_scalar_domain
+from phblocks.blocks.form import Form, PortForm
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import ELECTRICAL, ROTATION, TRANSLATION, Domain, Exposure
 from phblocks.space import PLANAR, Space

@@ -6,20 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from phblocks.blocks.block import (
-    CONFIGURATION,
-    FIXED,
-    NO_ENERGY,
-    Block,
-    Form,
-    LineForm,
-    Piece,
-    PortChoice,
-    PortForm,
-    StateRun,
-    Tie,
-)
+from phblocks.blocks.block import Block, PortChoice, Tie
 from phblocks.blocks.checks import require_point, require_positive
+from phblocks.blocks.form import CONFIGURATION, FIXED, NO_ENERGY, Form, LineForm, Piece, PortForm, StateRun
 from phblocks.ports import Anchor
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, Triplets

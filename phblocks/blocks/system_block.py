@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import NO_ENERGY, Form, PortChoice, Tie
+from phblocks.blocks.block import PortChoice, Tie
 from phblocks.blocks.branch import Lumped, lumped_form, state
 from phblocks.blocks.checks import require_matrix, require_semidefinite
+from phblocks.blocks.form import NO_ENERGY, Form
 from phblocks.errors import ArgumentTypeError, DataError, StructureError
 from phblocks.ports import Domain, Port
 from phblocks.space import PLANAR, Space

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from phblocks.blocks.block import NO_ENERGY, Form
 from phblocks.blocks.branch import Lumped, branch_form, state
 from phblocks.blocks.checks import require_finite, require_positive
+from phblocks.blocks.form import NO_ENERGY, Form
 from phblocks.ports import ROTATION
 from phblocks.space import PLANAR, Space
 

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from phblocks.blocks.block import Form, PortChoice, Tie
+from phblocks.blocks.block import PortChoice, Tie
 from phblocks.blocks.branch import Lumped, branch_form, lumped_form, state
 from phblocks.blocks.checks import require_finite
+from phblocks.blocks.form import Form
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import ROTATION, Domain
 from phblocks.space import PLANAR, Space

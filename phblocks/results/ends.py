@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from phblocks.blocks.block import Piece
+from phblocks.blocks.form import Piece
 from phblocks.causality import Assignment, CausalityReport
 from phblocks.frames import QUARTER
 from phblocks.ports import Port

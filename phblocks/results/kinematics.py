@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phblocks.blocks.block import History
+from phblocks.blocks.form import History
 from phblocks.ports import Place
 from phblocks.results.recording import Recording
 from phblocks.system import Part, System

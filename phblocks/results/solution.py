@@ -9,8 +9,9 @@ from typing import Literal
 
 import numpy as np
 
-from phblocks.blocks.block import CONFIGURATION, NO_ENERGY, Block, BlockPoint, History
+from phblocks.blocks.block import Block, BlockPoint
 from phblocks.blocks.checks import require_real
+from phblocks.blocks.form import CONFIGURATION, NO_ENERGY, History
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
 from phblocks.frames import QUARTER
 from phblocks.ports import Anchor, Place

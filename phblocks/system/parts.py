@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import Block, Form
+from phblocks.blocks.block import Block
+from phblocks.blocks.form import Form
 from phblocks.ports import Place, Quantity
 from phblocks.triplets import Floats, Ints, Triplets
 

@@ -26,7 +26,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from phblocks.blocks.block import CONFIGURATION, NO_ENERGY
+from phblocks.blocks.form import CONFIGURATION, NO_ENERGY
 from phblocks.blocks.storage import Storage
 from phblocks.errors import ExportError, UnknownNameError
 from phblocks.export import write

@@ -4,18 +4,8 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from phblocks.blocks.block import (
-    FIXED,
-    NO_ENERGY,
-    AngleRows,
-    Block,
-    Form,
-    MaterialPoints,
-    Piece,
-    PortChoice,
-    PortForm,
-    StateRun,
-)
+from phblocks.blocks.block import Block, PortChoice
+from phblocks.blocks.form import FIXED, NO_ENERGY, AngleRows, Form, MaterialPoints, Piece, PortForm, StateRun
 from phblocks.blocks.ground import Ground
 from phblocks.ports import TRANSLATION, Anchor, Port
 from phblocks.space import PLANAR

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from phblocks.blocks.block import Form
+from phblocks.blocks.form import Form
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 
 READ_OUTS = ["position", "angle", "velocity", "force", "moment", "spin"]

@@ -19,8 +19,8 @@ import numpy as np
 
 from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.tensors import component_index
-from phblocks.blocks.block import NO_ENERGY, StateRun
 from phblocks.blocks.checks import require_real
+from phblocks.blocks.form import NO_ENERGY, StateRun
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.triplets import Floats, Ints, Triplets
 

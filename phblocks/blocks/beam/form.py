@@ -22,7 +22,7 @@ from phblocks.blocks.beam.matrices import beam_matrices, strain_offsets, trace
 from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
-from phblocks.blocks.block import AngleRows, Form, History, MaterialPoints, Piece, PortForm
+from phblocks.blocks.form import AngleRows, Form, History, MaterialPoints, Piece, PortForm
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.frames import QUARTER
 from phblocks.ports import Place

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phblocks.blocks.block import FIXED, AngleRows, MaterialPoints, Piece
+from phblocks.blocks.form import FIXED, AngleRows, MaterialPoints, Piece
 from phblocks.blocks.sources import Signal
 from phblocks.errors import ArgumentTypeError, DataError, DuplicateNameError
 from phblocks.ports import Domain, Quantity

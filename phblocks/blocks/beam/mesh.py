@@ -13,7 +13,7 @@ import numpy as np
 
 from phblocks.blocks.beam.spaces import Basis
 from phblocks.blocks.beam.tensors import Variant, field_basis, present_components
-from phblocks.blocks.block import StateRun
+from phblocks.blocks.form import StateRun
 from phblocks.space import Space
 from phblocks.triplets import Floats, Ints
 

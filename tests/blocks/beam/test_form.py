@@ -9,7 +9,7 @@ import pytest
 import phblocks as ph
 from phblocks.blocks.beam.ends import ENDS
 from phblocks.blocks.beam.form import BeamForm, arc, quadrature
-from phblocks.blocks.block import Form, History
+from phblocks.blocks.form import Form, History
 from phblocks.errors import UnknownNameError
 from phblocks.triplets import Triplets
 
