@@ -4,6 +4,7 @@ A mechanism grows from places in the plane: beams leave a place for a new one or
 and at every place what meets is pinned, welded, partly welded, held by the ground, or left free.
 """
 
+import os
 from collections import Counter
 from dataclasses import dataclass
 
@@ -263,10 +264,10 @@ def test_random_diagrams():
 
 @pytest.mark.slow
 def test_many_random_diagrams():
-    """The same for 1000, and different ones in every run."""
+    """The same for 1000: different ones in every run, but for CI, where a change is judged by what it changes."""
     counter: Counter[str] = Counter()
 
-    @settings(max_examples=1000, derandomize=False, database=None, suppress_health_check=NO_HURRY)
+    @settings(max_examples=1000, derandomize="CI" in os.environ, database=None, suppress_health_check=NO_HURRY)
     @given(scenes())
     def run(scene):
         check(scene, counter)

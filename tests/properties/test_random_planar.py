@@ -5,6 +5,7 @@ welded, held by multipliers or by a bushing. Torsion springs and dampers, source
 is left open.
 """
 
+import os
 from collections import Counter
 from dataclasses import dataclass
 
@@ -317,7 +318,7 @@ def test_many_random_planar():
     """500, and different ones in every run."""
     counter: Counter[str] = Counter()
 
-    @settings(max_examples=500, derandomize=False, database=None, suppress_health_check=NO_HURRY)
+    @settings(max_examples=500, derandomize="CI" in os.environ, database=None, suppress_health_check=NO_HURRY)
     @given(scenes())
     def run(scene):
         check(scene, counter)
