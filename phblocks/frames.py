@@ -17,6 +17,25 @@ from phblocks.triplets import Floats
 QUARTER: Floats = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
+def rotate(angle: Floats, vectors: Floats) -> Floats:
+    """Turn vectors by angles, from a frame into the one it is turned against.
+
+    Parameters
+    ----------
+    angle : numpy.ndarray
+        Shape (...,), rad.
+    vectors : numpy.ndarray
+        Shape (..., 2), broadcast against the angles.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``Lambda(angle) vectors``, shape (..., 2).
+    """
+    turned = np.asarray(angle)[..., None]
+    return np.asarray(np.cos(turned) * vectors + np.sin(turned) * (vectors @ QUARTER.T))
+
+
 @dataclass(frozen=True)
 class Turn:
     """An angle: ``reference + sum of weights * theta[places]``.

@@ -18,7 +18,7 @@ from phblocks.assembly.structure import check_structure
 from phblocks.blocks.form import AngleRows
 from phblocks.causality import CausalityReport
 from phblocks.errors import DataError
-from phblocks.frames import NO_TURN, QUARTER, Turn
+from phblocks.frames import NO_TURN, QUARTER, Turn, rotate
 from phblocks.network import Junction, Network
 from phblocks.ports import Exposure, Port
 from phblocks.system import Angles, Connections, Lines, Part, State, System, find_constraints, require_independent
@@ -193,7 +193,7 @@ class _Points:
         turning = np.isin(point, self.angle.rows.indices[0])
         if not turning.all():
             still = ~turning
-            fixed = _rotate(-self.angle.reference[point[still]], gravity)[np.arange(still.sum()), component[still]]
+            fixed = rotate(-self.angle.reference[point[still]], gravity)[np.arange(still.sum()), component[still]]
             parts = [Triplets.of(state[still], 0, values=value[still] * fixed)]
             point, component, state = point[turning], component[turning], state[turning]
             value = value[turning]
@@ -202,11 +202,6 @@ class _Points:
         cos = Triplets.of(state, 1 + first_angle + point, values=value * gravity[component])
         sin = Triplets.of(state, 1 + n_angles + first_angle + point, values=value * (QUARTER.T @ gravity)[component])
         return Triplets.join([*parts, cos, sin])
-
-
-def _rotate(angles: Floats, vector: Floats) -> Floats:
-    """Rotate one vector by many angles, shape (angles, 2)."""
-    return np.asarray(np.cos(angles)[:, None] * vector + np.sin(angles)[:, None] * (QUARTER @ vector))
 
 
 def _join(layout: Layout, junction: Junction, to: _Entries) -> None:

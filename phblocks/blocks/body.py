@@ -13,7 +13,7 @@ from phblocks.blocks.block import Block, BlockPoint, PortChoice, Tie
 from phblocks.blocks.checks import require_point, require_positive, require_real
 from phblocks.blocks.form import FIXED, AngleRows, Form, History, MaterialPoints, Piece, PortForm, StateRun
 from phblocks.errors import DataError, UnknownNameError
-from phblocks.frames import QUARTER
+from phblocks.frames import QUARTER, rotate
 from phblocks.ports import Anchor, Place
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, Triplets
@@ -119,9 +119,8 @@ class BodyForm(Form):
         numpy.ndarray
             Shape (times, 2), m/s.
         """
-        angle = self.angle(history, place)[:, None]
         v = history.x[:, :2]
-        material = np.cos(angle) * v + np.sin(angle) * (v @ QUARTER)
+        material = rotate(-self.angle(history, place), v)
         spin = history.x[:, 2:3] if history.x.shape[1] > 2 else 0.0
         return np.asarray(material + spin * (QUARTER @ np.asarray(place)))
 
@@ -184,8 +183,7 @@ class BodyForm(Form):
             From first to second, shape (times, 2), m.
         """
         lever = np.asarray(second) - np.asarray(first)
-        angle = self.angle(history, first)[:, None]
-        return np.asarray(np.cos(angle) * lever + np.sin(angle) * (QUARTER @ lever))
+        return rotate(self.angle(history, first), lever)
 
     def mean_chord(self, history: History) -> Floats:
         """Return the vector from the centre of mass to itself: zero.

@@ -11,7 +11,6 @@ import networkx as nx
 import numpy as np
 
 from phblocks.blocks.block import Block
-from phblocks.blocks.ground import Ground
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
 from phblocks.errors import ArgumentTypeError
@@ -164,7 +163,7 @@ def _block_node(port: Port, ports: tuple[Port, ...]) -> Node:
 
 def _add(sheet: _Sheet, node: Node, block: Block) -> None:
     sheet.blocks[node] = block
-    sheet.sizes[node] = (0.3, 0.3) if isinstance(block, Ground) else (LETTER * len(block.name) + 0.2, BOX_HEIGHT)
+    sheet.sizes[node] = (0.3, 0.3) if block.shared else (LETTER * len(block.name) + 0.2, BOX_HEIGHT)
 
 
 def _start(sheet: _Sheet) -> dict[Node, Floats] | None:
@@ -218,7 +217,7 @@ def _border(sheet: _Sheet, node: Node, towards: Node) -> Floats:
     half = 0.5 * np.array(sheet.sizes[node])
     if node in sheet.junctions:
         return np.asarray(sheet.places[node] + half[0] * direction / np.linalg.norm(direction))
-    if isinstance(sheet.blocks.get(node), Ground):
+    if node in sheet.blocks and sheet.blocks[node].shared:
         return sheet.places[node]
     return np.asarray(sheet.places[node] + direction * min(half / np.maximum(np.abs(direction), 1e-9)))
 
@@ -247,7 +246,7 @@ def _draw_block(ax: Axes, sheet: _Sheet, node: Node, block: Block, scale: float)
     from matplotlib.patches import Rectangle
 
     (x, y), (width, height) = sheet.places[node], sheet.sizes[node]
-    if isinstance(block, Ground):
+    if block.shared:
         _draw_ground(ax, sheet, node, scale)
         return
     ax.add_patch(

@@ -12,7 +12,7 @@ import numpy as np
 
 from phblocks.blocks.form import Piece
 from phblocks.causality import Assignment, CausalityReport
-from phblocks.frames import QUARTER
+from phblocks.frames import rotate
 from phblocks.ports import Port
 from phblocks.results.recording import Recording
 from phblocks.system import Part, System
@@ -143,4 +143,4 @@ class Ends:
             if (places < 0).any():
                 return None
             angle = piece.frame.reference[0] + recording.theta[:, places] @ piece.frame.rows.values
-        return np.asarray(np.cos(angle)[:, None] * local + np.sin(angle)[:, None] * (local @ QUARTER.T))
+        return rotate(angle, local)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import scipy.sparse as sp
 
-from phblocks.frames import QUARTER
+from phblocks.frames import rotate
 from phblocks.solvers.stage import StageEquation
 from phblocks.solvers.step import Step
 from phblocks.system import State, System
@@ -344,8 +344,8 @@ class _Books:
         """Velocities of the material points in the fixed frame, shape (stages, points, dimension)."""
         count, d = self.system.point_mass.size, self.system.dimension
         material = np.asarray((self.system.point_velocity @ z.T).T).reshape(len(z), count, d)
-        angle = self.system.point_angles.at(theta.T).T[..., None]
-        return np.asarray(np.cos(angle) * material + np.sin(angle) * (material @ QUARTER.T))
+        angle = self.system.point_angles.at(theta.T).T
+        return rotate(angle, material)
 
     def rates(self, z: Floats, theta: Floats, u: Floats) -> dict[str, Floats]:
         """Powers at the stages: through connections (both sides), inputs and dampings."""

@@ -13,7 +13,7 @@ from phblocks.blocks.block import Block, BlockPoint
 from phblocks.blocks.checks import require_real
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY, History
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
-from phblocks.frames import QUARTER
+from phblocks.frames import rotate
 from phblocks.ports import Anchor, Place
 from phblocks.results.ends import Ends
 from phblocks.results.kinematics import Base, bases, history_of
@@ -363,21 +363,18 @@ class Solution:
 
     def _from_fixed(self, vector: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
         """Components in the frame asked for, of a vector in the fixed one."""
-        if frame == "fixed":
-            return vector
-        turned = self._turned(np.zeros_like(vector), target, s, frame)  # checks the name of the frame
-        angle = self.angle(target, s)[:, None]
-        return np.asarray(turned + np.cos(angle) * vector - np.sin(angle) * (vector @ QUARTER.T))
+        self._require_frame(frame)
+        return vector if frame == "fixed" else rotate(-self.angle(target, s), vector)
 
     def _turned(self, material: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
-        """Components of a vector in the frame asked for."""
-        if frame == "material":
-            return material
-        if frame != "fixed":
+        """Components in the frame asked for, of a vector in the material one."""
+        self._require_frame(frame)
+        return material if frame == "material" else rotate(self.angle(target, s), material)
+
+    @staticmethod
+    def _require_frame(frame: object) -> None:
+        if frame not in ("fixed", "material"):
             raise DataError("frame", expected='"fixed" or "material"', got=repr(frame), fix="Choose one of them.")
-        angle = self.angle(target, s)
-        c, d = np.cos(angle), np.sin(angle)
-        return np.stack([c * material[:, 0] - d * material[:, 1], d * material[:, 0] + c * material[:, 1]], axis=1)
 
     @cached_property
     def _ends(self) -> Ends:

@@ -72,7 +72,6 @@ class StageEquation:
         i, j, k = tensor.indices
         codes += [_code(i, j, self.n), _code(i, k, self.n), _code(moving.indices[0], moving.indices[1], self.n)]
         # what the features of each pair depend on: (pair, state, factor) by angle, by span and by length
-        n_angles, first_direction = system.angles.reference.size, 1 + 2 * system.angles.reference.size
         by = _Dependence(system, pairs[1], chain)
         codes += [_code(pairs[0][pair], column, self.n) for pair, column, _ in by.parts]
         codes += [
@@ -133,7 +132,7 @@ class StageEquation:
         unscale = sp.diags_array(self.scale)
         self._alpha_rows, self._turn = alpha_rows, sp.csr_array(chain[:, self.order] @ unscale)
         self._alpha_reference = np.concatenate([system.angles.reference, lines.frames.reference])
-        self._n_angles, self._first_direction = n_angles, first_direction
+        self._n_angles = system.angles.reference.size
         self._rates = sp.csr_array(system.rates[:, self.order] @ unscale)
         self._inputs = sp.csr_array(sp.diags_array(self.scale) @ (system.G0 + system.kinematics_u)[self.order])
         self._line_data = _LineData.of(system, new, scale) if lines.count else None

@@ -24,7 +24,7 @@ from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
 from phblocks.blocks.form import AngleRows, Form, History, MaterialPoints, Piece, PortForm
 from phblocks.errors import DataError, UnknownNameError
-from phblocks.frames import QUARTER
+from phblocks.frames import QUARTER, rotate
 from phblocks.ports import Place
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -196,8 +196,8 @@ class BeamForm(Form):
         assert self.points is not None
         s = fraction(place) * self.mesh.boundaries[-1]
         missed = self.origin + arc(self.curvature, self.start_angle, np.array([s]))[0] - weights @ self.points.start
-        turned = self.angle(history, place)[:, None] - (self.start_angle + self.curvature * s)
-        return np.asarray(np.cos(turned) * missed + np.sin(turned) * (QUARTER @ missed))
+        turned = self.angle(history, place) - (self.start_angle + self.curvature * s)
+        return rotate(turned, missed)
 
     def chord(self, history: History, first: Place, second: Place) -> Floats:
         """Rebuild the vector between two places, the integral of Lambda (e1 + Gamma); see :meth:`Form.chord`.
