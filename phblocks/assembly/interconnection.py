@@ -119,7 +119,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         inputs=tuple(layout.inputs),
         E=Triplets.join(f.E.shifted(i, i) for _, f, i in forms).csr((n, n)),
         J0=Triplets.join([*(f.J0.shifted(i, i) for _, f, i in forms), fixed]).csr((n, n)),
-        R=Triplets.join(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
+        R0=Triplets.join(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
         T=Triplets.join((f.T.shifted(i, i, i) for _, f, i in forms), order=3).coo((n, n, n)),
         G0=fixed_u.csr((n, m)),
         angles=Angles(_kept(rows, place).csr((n_angles, n_theta)), np.concatenate(references)),

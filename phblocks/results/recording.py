@@ -305,7 +305,7 @@ class _Books:
         )
         self._input_sum = _summing(self._input.indices[1], system.n_inputs)
         self._input_block_sum = _summing(block[self._input.indices[0]], self.n_blocks)
-        self._damping = system.R.tocoo()
+        self._damping = system.R0.tocoo()
         self._damping_sum = _summing(block[self._damping.coords[0]], self.n_blocks)
         points = [p.points.stop - p.points.start for p in system.parts]
         self._point_sum = _summing(np.repeat(np.arange(self.n_blocks), points), self.n_blocks)
@@ -359,12 +359,17 @@ class _Books:
         supply = (self._input.values * phi[:, f] * z[:, i] * u[:, k]).T
         a, b = self._damping.coords
         loss = (self._damping.data * z[:, a] * z[:, b]).T
+        dissipated = (self._damping_sum @ loss).T
+        for m in self.system.modulations:
+            _, R = m.verified(z[:, m.by])
+            w = z[:, m.on]
+            dissipated[:, self._block[m.on[0]]] += np.einsum("ti,tij,tj->t", w, R, w)
         return {
             "transferred": transferred.T,
             "reaction": reaction.T,
             "supplied": (self._input_sum @ supply).T,
             "supplied_to": (self._input_block_sum @ supply).T,
-            "dissipated": (self._damping_sum @ loss).T,
+            "dissipated": dissipated,
         }
 
 
