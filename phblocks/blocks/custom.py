@@ -301,7 +301,8 @@ class CustomBlock(Typed):
             d = {letter: matrix.slope(x) for letter, matrix in letters.items()}
             return _interconnection(size, d["J"], d["G"], d["N"], 0.0) - _dissipation(size, d["R"], d["P"], d["S"])
 
-        return Modulation(self._where, by, on, interconnection, dissipation, slope)
+        names = ("[[J, G], [-G^T, -N]]", "[[R, P], [P^T, S]]") if self._through else ("J", "R")
+        return Modulation(self._where, by, on, interconnection, dissipation, slope, names)
 
     def form(self, gives: Mapping[str, bool]) -> Form:
         """Reduce the block to its matrices and its energy.

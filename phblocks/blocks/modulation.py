@@ -36,6 +36,8 @@ class Modulation:
         J(x) and R(x), shape (a, a).
     slope : callable
         Of J - R by x, shape (a, a, k): entry (i, j, m) is the derivative of (i, j) by x[m].
+    names : tuple of str
+        What J and R are made of, for messages.
     """
 
     where: str
@@ -44,6 +46,7 @@ class Modulation:
     interconnection: OfState
     dissipation: OfState
     slope: OfState
+    names: tuple[str, str] = ("J", "R")
 
     def shifted(self, first: int) -> Modulation:
         """Number the states from another one on.
@@ -81,18 +84,18 @@ class Modulation:
         J = np.stack([self.interconnection(row) for row in x])
         R = np.stack([self.dissipation(row) for row in x])
         turned = (0, 2, 1)
-        self._require(x, "J", "a skew matrix", np.abs(J + J.transpose(turned)), J)
-        self._require(x, "R", "a symmetric matrix", np.abs(R - R.transpose(turned)), R)
+        self._require(x, 0, "a skew matrix", np.abs(J + J.transpose(turned)), J)
+        self._require(x, 1, "a symmetric matrix", np.abs(R - R.transpose(turned)), R)
         least = np.linalg.eigvalsh(np.where(np.isfinite(R), R, 0.0))[:, :1, None]
-        self._require(x, "R", "a positive semidefinite matrix", np.maximum(-least, 0.0), R)
+        self._require(x, 1, "a positive semidefinite matrix", np.maximum(-least, 0.0), R)
         return J, R
 
-    def _require(self, x: Floats, letter: str, expected: str, defect: Floats, matrix: Floats) -> None:
+    def _require(self, x: Floats, which: int, expected: str, defect: Floats, matrix: Floats) -> None:
         worst = defect.max(axis=(1, 2))
         bad = np.flatnonzero(worst > TOLERANCE * np.abs(matrix).max(axis=(1, 2)))
         if bad.size:
             raise StructureError(
-                f"{self.where} {letter}(x)",
+                f"{self.where} {self.names[which]}(x)",
                 expected=expected,
                 got=f"a defect of {worst[bad[0]]:.3g} at x = {x[bad[0]].tolist()}",
                 fix="Correct the function; what is skew belongs to J, what is symmetric to R with the opposite sign.",

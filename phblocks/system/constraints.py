@@ -228,7 +228,7 @@ def _settled_on(system: System, constraints: Constraints, start: Floats, outside
             break
         total, x, defect = total + factor * step, new, left
     after = State(x, system.start.theta, system.start.points)
-    size = np.linalg.norm(x / constraints.scale) + np.abs(outside).max()
+    size = (abs(rows) @ np.abs(x / constraints.scale)).max() + np.abs(outside).max()
     # a G that depends on the state changes the constraints on the way
     moved = abs(find_constraints(system, after).rows - rows).max() if system.modulations else 0.0
     if not (np.abs(defect).max() <= 1e3 * CONSISTENT * size and moved <= RANK):

@@ -68,7 +68,7 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     """
     state = system.start if state is None else state
     u = np.zeros(system.n_inputs) if u is None else u
-    x = _followed(system, state, u)
+    x = followed(system, state, u)
     shape, tensor = (system.n, system.n), Triplets.from_coo(system.T)
     swapped = Triplets((tensor.indices[0], tensor.indices[2], tensor.indices[1]), tensor.values)
     phi = system.features(state.theta, x)
@@ -100,10 +100,24 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     )
 
 
-def _followed(system: System, state: State, u: Floats) -> Floats:
-    """States with those set that follow from others: gradients, and what inputs and outputs of variable matrices are.
+def followed(system: System, state: State, u: Floats) -> Floats:
+    """Set states that follow from others: gradients of energies, inputs and outputs of matrices that vary.
 
-    Multipliers of constraints do not follow; where there are any, all states without energy are taken as given.
+    Multipliers of constraints do not follow from a state; where there are any, all states without energy stay as given.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    state : State
+        As given.
+    u : numpy.ndarray
+        Inputs, shape (n_inputs,).
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (n,).
     """
     x = system.settled(state.x)
     free = system.algebraic & ~system.coenergy

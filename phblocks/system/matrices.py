@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from phblocks.errors import StructureError
 from phblocks.export import Matrices, Tangent
-from phblocks.system.linearization import coenergy_free
+from phblocks.system.linearization import coenergy_free, followed
 from phblocks.system.parts import State
 from phblocks.triplets import Floats, Triplets
 
@@ -42,7 +42,7 @@ def matrices_at(system: System, state: State | None = None, u: Floats | None = N
     linear = system.linearize(state, u)
     about = "the initial configuration, at rest" if state is None else "a state given by the user"
     at = system.start if state is None else state
-    x = system.settled(at.x)
+    x = followed(system, at, np.zeros(system.n_inputs) if u is None else u)
     kept, rows, right = coenergy_free(system, x, linear.E.shape[0])
     x0, hessians, note = _second_order(system, x)
     names = (*system.state_names, *(system.theta_names[i] for i in linear.theta))

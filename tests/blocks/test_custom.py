@@ -5,7 +5,7 @@ import pytest
 import sympy
 
 import phblocks as ph
-from phblocks.errors import ArgumentTypeError, ConstraintError, DataError, ExportError, StructureError
+from phblocks.errors import ArgumentTypeError, ConstraintError, DataError, StructureError
 
 LINE = ph.Domain("line", ph.Quantity("velocity", "m/s"), ph.Quantity("force", "N"))
 SKEW = [[0.0, 1.0], [-1.0, 0.0]]
@@ -178,12 +178,12 @@ def test_what_is_refused(options, error, words):
         ph.CustomBlock("duffing", **given)
 
 
-def test_what_its_systems_refuse(tmp_path):
+def test_what_its_systems_refuse():
     system = alone(duffing())
     with pytest.raises(StructureError, match="linearize"):
         system.small_motions()
-    with pytest.raises(ExportError, match="quadratic"):
-        system.export(tmp_path / "system.npz")
+    with pytest.raises(StructureError, match=r"Q of system 'alone'.*another one in 'duffing'"):
+        _ = system.Q
 
 
 @pytest.fixture
@@ -212,8 +212,70 @@ def test_held_by_a_multiplier(held):
     np.testing.assert_allclose(velocity["other.velocity[0]"], 3.0 * velocity["custom.z0[0]"], atol=1e-3)
 
 
-def test_a_start_that_violates_the_multiplier_is_refused(held):
-    x = held.start.x.copy()
-    x[held.state_names.index("custom.x0[0]")] = 1.0
-    with pytest.raises(ConstraintError, match="custom block"):
-        ph.simulate(held, 1.0, 0.1, start=ph.State(x, held.start.theta, held.start.points), inputs={"force": 0.0})
+def at(system, **values) -> ph.State:
+    x = system.start.x.copy()
+    for name, value in values.items():
+        x[system.state_names.index(name)] = value
+    return ph.State(x, system.start.theta, system.start.points)
+
+
+def test_a_start_that_violates_the_multiplier_is_projected_as_by_an_impulse(held):
+    """The gear turns 3 v1 = v2: the impulse is p on the first and -p/3 on the second, and H is least along it."""
+    start = at(held, **{"custom.x0[0]": 1.0, "other.velocity[0]": 0.5})
+    solution = ph.simulate(held, 1.0, 0.01, start=start, inputs={"force": 0.0})
+    p, v = (solution.state(name)[0] for name in ("custom.x0[0]", "other.velocity[0]"))
+    impulse = p - 1.0
+    assert 2.0 * (v - 0.5) == pytest.approx(-impulse / 3.0, abs=1e-14)
+    assert 3.0 * (p + p**3) == pytest.approx(v, abs=1e-13)
+
+    def energy(j):
+        a, b = 1.0 + j, 0.5 - j / 6.0
+        return a**2 / 2 + a**4 / 4 + b**2
+
+    assert energy(impulse) < min(energy(impulse - 1e-3), energy(impulse + 1e-3))
+    change = solution.statistics.start_energy_change
+    assert change == pytest.approx(energy(impulse) - energy(0.0), abs=1e-14)
+    assert change < 0.0
+    assert solution.max_power_balance_error < 1e-14
+
+
+def test_a_quadratic_energy_of_the_users_is_projected_like_a_mass():
+    p = sympy.Symbol("p")
+    port = {"mass": ph.SystemPort(LINE, (0,), "velocity")}
+    custom = ph.CustomBlock.from_sympy("mine", p**2 / 8, [p], G=[[1.0]], ports=port, start=[4.0])
+    matrices = ph.SystemBlock("mine", E=[[4.0]], J=[[0.0]], G=[[1.0]], ports=port, start=[1.0])
+    runs = []
+    for block in (custom, matrices):
+        d = ph.Diagram("geared")
+        d.add(block)
+        other, wall = (
+            d.add(ph.Capacitor("other", 2.0, domain=LINE, energy="kinetic")),
+            d.add(ph.Reference("wall", LINE)),
+        )
+        gear = d.add(ph.Transformer("gear", 3.0, LINE, LINE, multiplier=True))
+        d.connect(block["mass"], gear.first)
+        d.connect(gear.second, other.p)
+        d.connect(other.n, wall.port)
+        runs.append(ph.simulate(d.compile(), 0.1, 0.1))
+    one, two = (run.statistics.start_energy_change for run in runs)
+    assert one == pytest.approx(two, rel=1e-13)
+    assert runs[0].state("other.velocity[0]")[0] == pytest.approx(runs[1].state("other.velocity[0]")[0], rel=1e-13)
+
+
+def test_a_start_that_no_impulse_makes_consistent_is_refused():
+    """A momentum whose velocity stays below one, driven at two."""
+    d = ph.Diagram("slow")
+    p = sympy.Symbol("p")
+    block = ph.CustomBlock.from_sympy(
+        "light", sympy.sqrt(1 + p**2), [p], G=[[1.0]], ports={"mass": ph.SystemPort(LINE, (0,), "velocity")}
+    )
+    d.add(block)
+    gear = d.add(ph.Transformer("gear", 1.0, LINE, LINE, multiplier=True))
+    d.connect(block["mass"], gear.first)
+    d.expose(gear.second, "speed", imposes="velocity")
+    system = d.compile()
+    assert ph.simulate(system, 0.1, 0.1, inputs={"speed": 0.5}).state("light.x0[0]")[0] == pytest.approx(
+        0.5 / 0.75**0.5
+    )
+    with pytest.raises(ConstraintError, match="no impulses found"):
+        ph.simulate(system, 0.1, 0.1, inputs={"speed": 2.0})
