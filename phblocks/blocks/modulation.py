@@ -137,7 +137,18 @@ class StateMatrix:
         self._size, self._derivative = size, derivative
 
     def __call__(self, x: Floats) -> Floats:
-        """Evaluate, with a check of the shape."""
+        """Evaluate, with a check of the shape.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Energy variables, shape (k,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (rows, columns).
+        """
         if not callable(self._function):
             return self._function
         return _shaped(self._where, self._function(x), self._shape)
