@@ -153,7 +153,7 @@ def tabulate(loop):
         energy = solution.energy
         lines.append(
             f"{name:>12}: knocked with {energy.supplied[-1]:.4f} J, after 1 s {energy.total[-1]:.4f} J left and "
-            f"{energy.dissipated[-1]:.4f} J dissipated; balance of each step to {solution.max_power_balance_error:.0e} J"
+            f"{energy.dissipated[-1]:.4f} J dissipated; balance of a step to {solution.max_power_balance_error:.0e} J"
         )
     return "\n".join(lines)
 
