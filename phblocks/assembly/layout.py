@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from phblocks.assembly.sharing import Team, same_turns
 from phblocks.blocks.form import FIXED, AngleRows, Form
 from phblocks.causality import CausalityReport
 from phblocks.frames import NO_TURN, Turn
 from phblocks.network import Junction, Network
-from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
+from phblocks.ports import ROTATION, TRANSLATION, Anchor, Exposure, Port
 from phblocks.system import Input, Site
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -41,6 +43,10 @@ class Layout:
         The assignment.
     junction_of : dict of Port to Junction
         Where each port is joined; the ground's left out.
+    teams : sequence of sequence of Port
+        Ports that give together at a junction, and share their states.
+    theta_same : numpy.ndarray
+        For each rotation state of a block the one that stands for it, itself unless it is shared.
     """
 
     network: Network
@@ -56,6 +62,8 @@ class Layout:
     first_input: dict[str, int]
     port_gives: dict[Port, bool]
     junction_of: dict[Port, Junction]
+    teams: Sequence[Team]
+    theta_same: Ints
     _driven: dict[Exposure, int] = field(default_factory=dict)
     _turns: dict[Anchor, Turn] = field(default_factory=dict)
     _numbers: dict[str, int] = field(default_factory=dict)
@@ -174,7 +182,7 @@ class Layout:
         return NO_TURN if port.anchor is None else self._orientation(port.anchor)
 
     def _turn(self, block: str, angle: AngleRows) -> Turn:
-        places, weights = self.first_theta[block] + angle.rows.indices[1], angle.rows.values
+        places, weights = self.theta_same[self.first_theta[block] + angle.rows.indices[1]], angle.rows.values
         return Turn(tuple(places.tolist()), tuple(weights.tolist()), float(angle.reference[0]))
 
     def _orientation(self, anchor: Anchor) -> Turn:
@@ -293,6 +301,12 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
         for c in components:
             name = exposure.name if len(components) == 1 else f"{exposure.name}.{AXES[c]}"
             inputs.append(Input(name, imposed, answered, exposure.name, exposure.gives, exposure.signal))
+
+    def coordinates(port: Port) -> Ints:
+        (piece,) = forms[port.block.name].ports[port.name].pieces
+        return first_state[port.block.name] + piece.output.indices[1]
+
+    turning = [team for team in report.shared if team[0].domain == ROTATION]
     layout = Layout(
         network=network,
         forms=forms,
@@ -307,6 +321,8 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
         first_input=first_input,
         port_gives={a.port: a.gives for a in report.assignments},
         junction_of={port: j for j in network.junctions() for port in j.ports if not port.block.shared},
+        teams=report.shared,
+        theta_same=same_turns(turning, coordinates, theta_states),
     )
     for block in network.blocks.values():
         for anchor in block.anchors.values():

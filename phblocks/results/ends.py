@@ -76,7 +76,7 @@ class Ends:
         here = self._assignments[port]
         if here.gives:
             return self._given([here], self._components(port))
-        givers = [a for a in self._others(here) if a.gives]
+        givers = [a for a in self._others(here) if a.gives][:1]
         return self._given(givers, self._components(port)) if givers else None
 
     def summed(self, port: Port) -> Floats | None:
@@ -90,12 +90,12 @@ class Ends:
         Returns
         -------
         numpy.ndarray or None
-            Shape (times, components); ``None`` if an input contributes to it.
+            Shape (times, components); ``None`` if an input contributes to it, or it is among states that are shared.
         """
         here = self._assignments[port]
         if not here.gives:
             return self._given([here], self._components(port))
-        if here.junction.exposures:
+        if here.junction.exposures or any(a.gives for a in self._others(here)):
             return None
         total = self._given(self._others(here), self._components(port))
         return None if total is None else -total
@@ -121,7 +121,7 @@ class Ends:
 
     def _piece(self, port: Port, part: Part, piece: Piece, components: int) -> Floats | None:
         form, recording = part.form, self._recording
-        x = recording.x[:, part.states]
+        x = self._system.sharing.of_block(recording.x, part.states)
         if piece.line is not None:
             line = form.lines[piece.line]
             span = x[:, line.span : line.span + 2]

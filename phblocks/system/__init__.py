@@ -5,6 +5,7 @@ from phblocks.system.constraints import consistent_start, find_constraints, requ
 from phblocks.system.linearization import Linearization
 from phblocks.system.lines import Lines
 from phblocks.system.parts import Connections, Input, Part, Site, State
+from phblocks.system.sharing import Sharing
 from phblocks.system.system import System
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "Linearization",
     "Lines",
     "Part",
+    "Sharing",
     "Site",
     "State",
     "System",

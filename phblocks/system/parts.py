@@ -43,7 +43,7 @@ class Part:
     form : Form
         Its matrices and read-outs in its own coordinates.
     states : slice
-        Its states in x.
+        Its coordinates among those of all blocks: its states in x, unless blocks share states (``system.sharing``).
     theta : numpy.ndarray
         For each of its rotation states the place in theta, or -1 if it is not kept.
     points : slice
@@ -128,11 +128,14 @@ class Connections:
     number : numpy.ndarray
         Connection of each entry.
     entries : Triplets
-        Order three (row, column, feature): rows are states of the taking block, columns of the giving one; the
+        Order three (row, column, feature): rows are coordinates of the taking block, columns of the giving one; the
         negative transpose is the reaction.
+    supply : Triplets
+        Order three (row, input, feature): what the outside does to the coordinates of blocks.
     """
 
     names: tuple[tuple[str, str], ...]
     blocks: Ints
     number: Ints
     entries: Triplets
+    supply: Triplets

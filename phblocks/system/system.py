@@ -39,6 +39,7 @@ from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
 from phblocks.system.modulated import modulated, require_quadratic
 from phblocks.system.parts import Connections, Input, Part, Site, State
+from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -96,6 +97,8 @@ class System:
         Their orientations.
     start : State
         The initial configuration, at rest.
+    sharing : Sharing
+        The states that blocks share.
     report : object
         The causality report the system was assembled from.
     """
@@ -126,6 +129,7 @@ class System:
     point_velocity: sp.csr_array
     point_angles: Angles
     start: State
+    sharing: Sharing
     report: object = field(repr=False)
 
     def __repr__(self) -> str:
@@ -191,12 +195,22 @@ class System:
     @cached_property
     def storages(self) -> tuple[Storage, ...]:
         """Where energy is stored that is not quadratic in the states, with indices among those of the system."""
-        return tuple(p.form.storage.shifted(p.states.start) for p in self.parts if p.form.storage is not None)
+        place = self.sharing.state_of
+        return tuple(
+            p.form.storage.shifted(int(place(np.array(p.states.start))))
+            for p in self.parts
+            if p.form.storage is not None
+        )
 
     @cached_property
     def modulations(self) -> tuple[Modulation, ...]:
         """Parts of J and R that depend on energy variables, with indices among the states of the system."""
-        return tuple(p.form.modulation.shifted(p.states.start) for p in self.parts if p.form.modulation is not None)
+        place = self.sharing.state_of
+        return tuple(
+            p.form.modulation.shifted(int(place(np.array(p.states.start))))
+            for p in self.parts
+            if p.form.modulation is not None
+        )
 
     @cached_property
     def R(self) -> sp.csr_array:
@@ -244,17 +258,19 @@ class System:
     @cached_property
     def state_names(self) -> tuple[str, ...]:
         """Name of each state: block, field, component and number along the block, such as ``crank.V1[0]``."""
-        return tuple(
+        names = [
             f"{part.name}.{run.field}[{i}]"
             for part in self.parts
             for run in part.form.runs
             for i in range(run.positions.size)
-        )
+        ]
+        return tuple(names[i] for i in self.sharing.kept)
 
     @cached_property
     def state_units(self) -> tuple[str, ...]:
         """SI unit of each state."""
-        return tuple(r.unit for p in self.parts for r in p.form.runs for _ in range(r.positions.size))
+        units = [r.unit for p in self.parts for r in p.form.runs for _ in range(r.positions.size)]
+        return tuple(units[i] for i in self.sharing.kept)
 
     @cached_property
     def theta_names(self) -> tuple[str, ...]:
@@ -269,16 +285,22 @@ class System:
     @cached_property
     def state_positions(self) -> Floats:
         """Place of each state along its block, shape (n,), m from the start."""
-        return np.concatenate([run.positions for part in self.parts for run in part.form.runs] or [np.empty(0)])
+        positions = [run.positions for part in self.parts for run in part.form.runs]
+        return np.concatenate(positions or [np.empty(0)])[self.sharing.kept]
 
     @cached_property
     def energy_kinds(self) -> tuple[str, ...]:
         """Kinds of energy the states store, such as ``("kinetic", "strain")``."""
         return tuple(dict.fromkeys(run.energy for part in self.parts for run in part.form.runs))
 
-    @cached_property
+    @property
     def energy_kind_of_state(self) -> Ints:
         """For each state its place in :attr:`energy_kinds`, shape (n,)."""
+        return self.energy_kind_of_coordinate[self.sharing.kept]
+
+    @cached_property
+    def energy_kind_of_coordinate(self) -> Ints:
+        """For each coordinate of the blocks its place in :attr:`energy_kinds`."""
         kinds = {kind: i for i, kind in enumerate(self.energy_kinds)}
         runs = [run for part in self.parts for run in part.form.runs]
         return np.repeat([kinds[r.energy] for r in runs], [r.positions.size for r in runs]).astype(np.int64)
@@ -292,7 +314,7 @@ class System:
         runs = [run for part in self.parts for run in part.form.runs]
         carries = np.repeat(
             [r.energy not in (NO_ENERGY, CONFIGURATION) for r in runs], [r.positions.size for r in runs]
-        ).astype(bool)
+        ).astype(bool)[self.sharing.kept]
         for storage in self.storages:
             carries[storage.energy] = False
         return carries
