@@ -16,7 +16,7 @@ from phblocks.blocks.form import NO_ENERGY, Form
 from phblocks.blocks.modulation import Given, Modulation, StateMatrix, typical
 from phblocks.blocks.storage import Storage
 from phblocks.blocks.system_block import SystemPort, Typed
-from phblocks.errors import ArgumentTypeError, DataError, StructureError
+from phblocks.errors import ArgumentTypeError, DataError, PhblocksError, StructureError
 from phblocks.triplets import Floats, Ints, real_array
 
 #: Relative difference between a derivative and that by differences that counts as a mistake.
@@ -28,8 +28,9 @@ MatrixOfState = ArrayLike | Given
 #: The matrices there may be.
 LETTERS = "JRGPSN"
 
-#: How many states near the start the structure is verified at, and how near they are, relative to the state.
-NEAR, DISTANCE = 8, 0.05
+#: How many states near the start the structure is verified at, how near they are, and the step of differences there,
+#: relative to the state.
+NEAR, DISTANCE, STEP = 8, 0.05, 1e-5
 
 
 class CustomBlock(Typed):
@@ -132,8 +133,6 @@ class CustomBlock(Typed):
                 f"{self._where} units", expected=f"{n} texts", got=str(len(self.units)), fix="Name one for each state."
             )
         self._check_energy()
-        curvature = np.abs(self.hessian(self.start).diagonal())
-        self._size = 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0))
         m = self._take({"J": J, "R": R, "G": G, "P": P, "S": S, "N": N}, derivatives or {})
         self._check_matrices()
         self._make_ports(ports, m)
@@ -216,25 +215,23 @@ class CustomBlock(Typed):
 
     def _check_matrices(self) -> None:
         """See that J and R are what they must be, at the start and near it, and derivatives derivatives."""
-        random, x = np.random.default_rng(0), self.start
-        offsets = random.uniform(-DISTANCE, DISTANCE, (NEAR, x.size)) * typical(x, self._size)
-        modulation = self._modulation(np.arange(x.size), np.arange(self._acted))
-        with np.errstate(all="ignore"):
-            near = [at for at in x + offsets if all(np.isfinite(matrix(at)).all() for matrix in self.matrices.values())]
-            modulation.verified(np.stack([x, *near]) if self._varying else x[None])
-            for letter, matrix in self.matrices.items():
-                for at in [] if matrix.constant else [x, *near]:
-                    slope, found = matrix.slope(at), matrix.differences(at)
-                    defect = np.abs(slope - found).max(initial=0.0)
-                    size = np.abs(slope).max(initial=0.0) + np.abs(found).max(initial=0.0)
-                    noise = 1e-9 * np.abs(matrix(at)).max(initial=0.0) / typical(at, self._size).min()
-                    if np.isfinite(found).all() and not defect <= DERIVATIVE * size + noise:
-                        raise StructureError(
-                            f"{self._where} derivative of {letter}",
-                            expected=f"the derivative of {letter}(x)",
-                            got=f"one that differs by {defect:.3g} at x = {at.tolist()}",
-                            fix="Correct the function, or leave it out.",
-                        )
+        modulation = self._modulation(np.arange(self.start.size), np.arange(self._acted))
+        matrices = tuple(self.matrices.values())
+        near = [at for at in self._near() if _defined(matrices, at)]
+        modulation.verified(np.stack(near))
+        for letter, matrix in self.matrices.items():
+            for at in [] if matrix.constant else near:
+                scale = typical(at, self._size)
+                slope, found = matrix.slope(at) * scale, matrix.differences(at) * scale
+                size = np.abs(slope).max(initial=0.0) + np.abs(found).max(initial=0.0)
+                defect, noise = np.abs(slope - found).max(initial=0.0), 1e-9 * np.abs(matrix(at)).max(initial=0.0)
+                if np.isfinite(found).all() and not defect <= DERIVATIVE * size + noise:
+                    raise StructureError(
+                        f"{self._where} derivative of {letter}",
+                        expected=f"the derivative of {letter}(x)",
+                        got=f"one that differs by {defect:.3g}, for variables of their size, at x = {at.tolist()}",
+                        fix="Correct the function, or leave it out.",
+                    )
 
     def _check_energy(self) -> None:
         """See that the derivatives have their shapes and are derivatives, at the start and near it."""
@@ -253,24 +250,34 @@ class CustomBlock(Typed):
             if value.shape != shape or not np.isfinite(value).all():
                 got = f"shape {value.shape}" if value.shape != shape else "numbers that are not finite at the start"
                 raise DataError(f"{self._where} {word}", expected=f"shape {shape}", got=got, fix="Correct it.")
-        step = 1e-5 * (1.0 + np.abs(x))
-        for at in (x, x + 1e3 * step * np.cos(np.arange(1, n + 1))):
+        curvature = np.abs(self.hessian(x).diagonal())
+        self._size = 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0))
+        for at in self._near():
+            scale = typical(at, self._size)  # products with it are all of one unit, J
+            steps = STEP * np.diag(scale)
+            if not all(_defined((self.hamiltonian, self.gradient), at + d) for d in (*steps, *-steps)):
+                continue
             for word, function, derivative in (
                 ("gradient", self.hamiltonian, self.gradient(at)),
-                ("hessian", self.gradient, self.hessian(at)),
+                ("hessian", lambda x, scale=scale: self.gradient(x) * scale, self.hessian(at) * scale[:, None]),
             ):
-                ends = [(np.asarray(function(at + d)), np.asarray(function(at - d))) for d in np.diag(step)]
-                found = np.stack([(b - a) / (2.0 * h) for (b, a), h in zip(ends, step, strict=True)], axis=-1)
-                size = np.abs(derivative).max() + np.abs(found).max()
-                round_off = 1e-15 * max(np.abs(b).max() for b, _ in ends) / step.min()
-                defect = np.abs(found - derivative).max()
-                if np.isfinite(found).all() and defect > DERIVATIVE * size + 10.0 * round_off + 1e-8:
+                ends = np.array([[function(at + d), function(at - d)] for d in steps])
+                found, given = (ends[:, 0] - ends[:, 1]).T / (2.0 * STEP), derivative * scale
+                size, noise = np.abs(given).max() + np.abs(found).max(), 1e-14 / STEP * np.abs(ends).max()
+                defect = np.abs(found - given).max()
+                if np.isfinite(found).all() and not defect <= DERIVATIVE * size + noise:
                     raise StructureError(
                         f"{self._where} {word}",
                         expected=f"the derivative of the {'hamiltonian' if word == 'gradient' else 'gradient'}",
-                        got=f"one that differs by {defect:.3g} at x = {at.tolist()}",
+                        got=f"one that differs by {defect:.3g} J, for variables of their size, at x = {at.tolist()}",
                         fix="Correct the function, or let CustomBlock.from_sympy derive it.",
                     )
+
+    def _near(self) -> list[Floats]:
+        """The start, and states around it where the energy is defined."""
+        random, x = np.random.default_rng(0), self.start
+        around = x + random.uniform(-DISTANCE, DISTANCE, (NEAR, x.size)) * typical(x, self._size)
+        return [x, *(at for at in around if _defined((self.hamiltonian, self.gradient, self.hessian), at))]
 
     @property
     def _varying(self) -> bool:
@@ -278,7 +285,7 @@ class CustomBlock(Typed):
 
     @property
     def _through(self) -> bool:
-        """Outputs and inputs are states too: the inputs act on each other, or where depends on x."""
+        """Outputs and inputs are states too: the inputs act on each other, or how they act depends on x."""
         G, *others = (self.matrices[letter] for letter in "GPSN")
         return not G.constant or any(not matrix.constant or matrix(self.start).any() for matrix in others)
 
@@ -337,6 +344,17 @@ class CustomBlock(Typed):
         form = lumped_form(self._ports, runs, E, J, R, outputs, start)
         storage = Storage(energy, coenergy, self.hamiltonian, self.gradient, self.hessian, self._size)
         return replace(form, storage=storage, modulation=modulation if self._varying else None)
+
+
+def _defined(functions: Sequence[Callable[[Floats], Any]], x: Floats) -> bool:
+    """Whether functions have finite values at a state; a logarithm need not."""
+    with np.errstate(all="ignore"):
+        try:
+            return all(np.isfinite(function(x)).all() for function in functions)
+        except PhblocksError:
+            raise
+        except (ValueError, ArithmeticError):
+            return False
 
 
 def _interconnection(size: int, J: Floats, G: Floats, N: Floats, unit: float) -> Floats:

@@ -1,5 +1,7 @@
 """Blocks with an energy of the user's: what they assemble to, their linear models, and what is refused."""
 
+import math
+
 import numpy as np
 import pytest
 import sympy
@@ -279,3 +281,37 @@ def test_a_start_that_no_impulse_makes_consistent_is_refused():
     )
     with pytest.raises(ConstraintError, match="no impulses found"):
         ph.simulate(system, 0.1, 0.1, inputs={"speed": 2.0})
+
+
+def vessel(**options) -> ph.CustomBlock:
+    """A gas over oil: 1e5 Pa at 2e-6 m^3 of 3e-6 m^3, with math's logarithm, which ends where the gas does."""
+    n, whole = 0.1, 3e-6  # J, m^3
+    given = {
+        "hamiltonian": lambda x: -n * math.log(whole - x[0]),
+        "gradient": lambda x: [n / (whole - x[0])],
+        "hessian": lambda x: [[n / (whole - x[0]) ** 2]],
+        "start": [2e-6],
+    }
+    return ph.CustomBlock("vessel", 1, **(given | options))
+
+
+def test_small_numbers_and_edges_are_no_mistakes():
+    assert vessel().gradient(np.array([2e-6]))[0] == pytest.approx(1e5)
+    vessel(start=[2.99999e-6])  # the step around it leaves the vessel
+    with pytest.raises(StructureError, match="gradient: expected the derivative of the hamiltonian"):
+        vessel(gradient=lambda x: [0.1001 / (3e-6 - x[0])])
+    with pytest.raises(StructureError, match="hessian: expected the derivative of the gradient"):
+        vessel(hessian=lambda x: [[0.1001 / (3e-6 - x[0]) ** 2]])
+
+
+def test_a_mistake_in_a_small_unit_beside_a_large_one_is_seen():
+    """Volumes of 1e-6 m^3 beside momenta of 1e3 N s."""
+    weight = np.array([1e12, 1e-6])
+    options = {"hamiltonian": lambda x: (weight * x * x).sum() / 2, "start": [1e-6, 1e3], "J": SKEW}
+    options |= {"gradient": lambda x: weight * x, "hessian": lambda x: np.diag(weight)}
+    ph.CustomBlock("both", 2, **options)
+    for wrong in ([1.001, 1.0], [1.0, 1.001]):
+        with pytest.raises(StructureError, match="gradient"):
+            ph.CustomBlock("both", 2, **(options | {"gradient": lambda x, wrong=wrong: wrong * weight * x}))
+        with pytest.raises(StructureError, match="hessian"):
+            ph.CustomBlock("both", 2, **(options | {"hessian": lambda x, wrong=wrong: np.diag(wrong * weight)}))

@@ -303,6 +303,11 @@ def block_discrete_gradient(H, gradient, before, after, block):
         ({"R": lambda x: np.triu(np.ones((3, 3)))}, StructureError, r"R\(x\): expected a symmetric"),
         ({"J": lambda x: np.zeros((2, 2))}, DataError, r"J: expected finite numbers of shape \(3, 3\)"),
         ({"J": lambda x: 0.0}, DataError, "J: expected finite numbers of shape"),
+        (
+            {"J": lambda x: np.zeros((3, 3) if x[0] == 1.0 else (2, 2))},
+            DataError,
+            r"J: expected real .* shape \(2, 2\)",
+        ),
         ({"J": lambda x: np.full((3, 3), np.nan)}, DataError, "J: expected finite numbers"),
         ({"J": lambda x: "skew"}, ArgumentTypeError, "J: expected numbers"),
         ({"J": lambda x: x[7] * np.eye(3)}, ArgumentTypeError, "J: expected a function of x"),
