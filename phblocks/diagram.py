@@ -25,16 +25,13 @@ from phblocks.errors import (
     PortTypeError,
 )
 from phblocks.nesting import Nested, prefixed
-from phblocks.network import Junction, Network, call_site
+from phblocks.network import GAP_TOLERANCE, Junction, Network, call_site
 from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array
 
 B = TypeVar("B", bound=Block)
-
-#: Anchors closer than this, relative to their coordinates, are in the same place.
-GAP_TOLERANCE = 1e-9
 
 
 class Diagram:

@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from phblocks.assembly.layout import Layout, lay_out
+from phblocks.assembly.sites import find_sites
 from phblocks.assembly.structure import check_structure
 from phblocks.blocks.form import AngleRows
 from phblocks.causality import CausalityReport
@@ -71,6 +72,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         If the matrices violate the port-Hamiltonian structure.
     ConstraintError
         If a constraint follows from others.
+    GapError
+        If what is joined to a block is not in the place that the block was given.
     """
     if outputs not in ("all", None):
         raise DataError("compile outputs", expected='"all" or None', got=repr(outputs), fix='Use outputs="all".')
@@ -98,9 +101,12 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     forms = [(name, layout.forms[name], layout.first_state[name]) for name in layout.forms]
     driven_rows, driven_inputs = layout.driven_rows()
     held = [f.storage.shifted(i) for _, f, i in forms if f.storage is not None]
+    local = Triplets.join(f.kinematics.shifted(i, i) for _, f, i in forms)
+    joints.kinematics += [_with_feature(local, 0)]
     joints.kinematics += [Triplets.of(s.energy, s.coenergy, 0, values=1.0) for s in held]
     fixed, turning = _constant(_features(Triplets.join(joints.K, order=3), n_angles, len(joints.directions)))
     fixed_u, turning_u = _constant(_features(Triplets.join(joints.K_u, order=3), n_angles, len(joints.directions)))
+    sites, guides = find_sites(layout)
     kinematics_u = _constant(_features(Triplets.join(joints.kinematics_u, order=3), n_angles, 0))[0]
     system = System(
         name=network.name,
@@ -136,7 +142,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         kinematics=_features(Triplets.join(joints.kinematics, order=3), n_angles, 0),
         kinematics_u=kinematics_u.csr((n, m)),
         connections=_connections(joints, n_angles),
-        sites=layout.sites(),
+        sites=sites,
+        guides=guides,
         anchor_angles=layout.anchor_angles(place),
         point_mass=points.mass,
         point_velocity=points.velocity.csr((points.mass.size * network.space.dimension, n)),

@@ -10,8 +10,8 @@ from phblocks.blocks.form import FIXED, AngleRows, Form
 from phblocks.causality import CausalityReport
 from phblocks.frames import NO_TURN, Turn
 from phblocks.network import Junction, Network
-from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
-from phblocks.system import Input, Site
+from phblocks.ports import Anchor, Exposure, Port
+from phblocks.system import Input
 from phblocks.triplets import Floats, Ints, Triplets
 
 AXES = "xyz"
@@ -56,7 +56,7 @@ class Layout:
     first_input: dict[str, int]
     port_gives: dict[Port, bool]
     junction_of: dict[Port, Junction]
-    _driven: dict[Exposure, int] = field(default_factory=dict)
+    _driven: dict[str, int] = field(default_factory=dict)
     _turns: dict[Anchor, Turn] = field(default_factory=dict)
     _numbers: dict[str, int] = field(default_factory=dict)
 
@@ -191,10 +191,10 @@ class Layout:
                 source = self._orientation(port.anchor)
                 return source.shifted(anchor.angle - source.reference)
         exposure = next(e for e in junction.exposures if e.gives)
-        if exposure not in self._driven:
-            self._driven[exposure] = self.n_theta
+        if exposure.name not in self._driven:
+            self._driven[exposure.name] = self.n_theta
             self.n_theta += 1
-        return Turn((self._driven[exposure],), (1.0,), anchor.angle)
+        return Turn((self._driven[exposure.name],), (1.0,), anchor.angle)
 
     def driven_rows(self) -> tuple[Ints, Ints]:
         """List the rotation states that inputs drive.
@@ -205,39 +205,8 @@ class Layout:
             The rotation state and the input whose time integral it is.
         """
         rows = list(self._driven.values())
-        inputs = [self.first_input[e.name] for e in self._driven]
+        inputs = [self.first_input[name] for name in self._driven]
         return np.array(rows, dtype=np.int64), np.array(inputs, dtype=np.int64)
-
-    def sites(self) -> tuple[Site, ...]:
-        """List where anchors are joined in space.
-
-        Returns
-        -------
-        tuple of Site
-            One for each junction of translations between two or more anchors, or with an imposed velocity.
-        """
-        result = []
-        for junction in self.network.junctions():
-            anchors = [p.anchor for p in junction.ports if p.anchor is not None]
-            imposed = [e for e in junction.exposures if e.gives]
-            # springs and the like follow what they join; the ground is where it is needed
-            anchors = [a for a in anchors if a.position is None or self.forms[a.block.name].points is not None]
-            placed = [a for a in anchors if a.position is not None]
-            held = any(a.block.shared for a in anchors)
-            if junction.domain != TRANSLATION or not placed or len(placed) + len(imposed) + held < 2:
-                continue
-            assert placed[0].position is not None
-            first = self.first_input[imposed[0].name] if imposed else 0
-            result.append(
-                Site(
-                    name=" = ".join(a.path for a in anchors),
-                    places=tuple((a.block.name, a.place) for a in placed),
-                    start=placed[0].position,
-                    known=bool(imposed) or held,
-                    inputs=tuple(range(first, first + self.network.space.dimension)) if imposed else (),
-                )
-            )
-        return tuple(result)
 
     def anchor_angles(self, place: Ints) -> dict[str, tuple[Ints, Floats, float]]:
         """List the orientation of every anchor in terms of the rotation states that are kept.

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from phblocks.blocks.hold import Hold
 from phblocks.blocks.storage import Storage
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.ports import Place
@@ -17,7 +18,8 @@ from phblocks.triplets import Floats, Ints, Triplets
 NO_ENERGY = "none"
 
 
-#: Kind of energy of states that belong to the configuration: spans of lines, which move with velocities.
+#: Kind of energy of states that belong to the configuration, such as spans of lines: they move with velocities, and
+#: what moves them is in ``Form.kinematics`` or follows from ``Form.lines``.
 CONFIGURATION = "configuration"
 
 
@@ -197,6 +199,10 @@ class Form:
         What answers the exposures of the block's own whose port is no place to be joined at, by name of that port:
         an input u enters the state equations as the sum of ``output^T Lambda(frame)^T u``. For a load that follows
         the material frame is :data:`FIXED`.
+    kinematics : Triplets
+        Rates of the states of the configuration from the states, shape (size, size), those of lines left out.
+    holds : sequence of Hold
+        Which ports it holds together in position.
     storage : Storage or None
         The states whose energy is not quadratic, if there are any; E, J0, R, T and the outputs of ports do not act on
         its energy variables, and E not on its co-energy variables.
@@ -215,6 +221,8 @@ class Form:
     start: Floats | None = None
     lines: Sequence[LineForm] = ()
     loads: Mapping[str, Sequence[Piece]] = field(default_factory=dict)
+    kinematics: Triplets = field(default_factory=Triplets.empty)
+    holds: Sequence[Hold] = ()
     storage: Storage | None = None
 
     #: The place that positions rebuilt from strain are counted from.
