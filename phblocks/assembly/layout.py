@@ -113,8 +113,7 @@ class Layout:
             if piece.line is not None:
                 result.append((self.first_line[name] + piece.line, output))
             else:
-                turn = self.orientation(port) if piece.frame is None else self._turn(name, piece.frame)
-                result.append((turn, output))
+                result.append((self._frame(name, port.anchor if piece.frame is None else piece.frame), output))
         return result
 
     def load_pieces(self, port: Port) -> list[tuple[Turn, Triplets]]:
@@ -133,7 +132,7 @@ class Layout:
         name = port.block.name
         return [
             (
-                self._turn(name, FIXED if piece.frame is None else piece.frame),
+                self._frame(name, FIXED if piece.frame is None else piece.frame),
                 piece.output.shifted(0, self.first_state[name]),
             )
             for piece in self.forms[name].loads.get(port.name, ())
@@ -171,13 +170,18 @@ class Layout:
         Turn
             In terms of all rotation states; no turn for a port without anchor.
         """
-        return NO_TURN if port.anchor is None else self._orientation(port.anchor)
+        return self._orientation(port.anchor)
+
+    def _frame(self, block: str, frame: AngleRows | Anchor | None) -> Turn:
+        return self._turn(block, frame) if isinstance(frame, AngleRows) else self._orientation(frame)
 
     def _turn(self, block: str, angle: AngleRows) -> Turn:
         places, weights = self.first_theta[block] + angle.rows.indices[1], angle.rows.values
         return Turn(tuple(places.tolist()), tuple(weights.tolist()), float(angle.reference[0]))
 
-    def _orientation(self, anchor: Anchor) -> Turn:
+    def _orientation(self, anchor: Anchor | None) -> Turn:
+        if anchor is None:
+            return NO_TURN
         if anchor not in self._turns:
             rows = self.forms[anchor.block.name].orientations[anchor.name]
             self._turns[anchor] = self._taken(anchor) if rows is None else self._turn(anchor.block.name, rows)

@@ -11,7 +11,7 @@ import numpy as np
 from phblocks.blocks.hold import Hold
 from phblocks.blocks.storage import Storage
 from phblocks.errors import DataError, UnknownNameError
-from phblocks.ports import Place
+from phblocks.ports import Anchor, Place
 from phblocks.triplets import Floats, Ints, Triplets
 
 #: Kind of energy of a state that stores none: a multiplier, or a state of a part without memory.
@@ -75,14 +75,15 @@ class Piece:
     output : Triplets
         Shape (components, states); what the port takes enters the state equations through the transpose. Along a
         line, one row.
-    frame : AngleRows or None
-        Orientation of the frame, one row; ``None`` for the frame of the anchor, :data:`FIXED` for the fixed one.
+    frame : AngleRows, Anchor or None
+        Orientation of the frame, one row; that of another anchor of the block; ``None`` for the port's own anchor,
+        :data:`FIXED` for the fixed frame.
     line : int or None
         The line of the block along which the output points, if it points along a line.
     """
 
     output: Triplets
-    frame: AngleRows | None = None
+    frame: AngleRows | Anchor | None = None
     line: int | None = None
 
 

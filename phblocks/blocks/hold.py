@@ -34,4 +34,4 @@ class Hold:
     @property
     def complete(self) -> bool:
         """Whether the two stay in one place."""
-        return len(self.across) == self.across.shape[1]
+        return bool(len(self.across) == self.across.shape[1])

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from phblocks.blocks.branch import Lumped, entries, lumped_form, state
 from phblocks.blocks.checks import require_point
-from phblocks.blocks.form import CONFIGURATION, FIXED, AngleRows, Form, Piece, PortForm
+from phblocks.blocks.form import CONFIGURATION, Form, Piece, PortForm
 from phblocks.blocks.hold import Hold
 from phblocks.errors import DataError
 from phblocks.frames import QUARTER
-from phblocks.ports import ROTATION, TRANSLATION, Anchor, Port
+from phblocks.ports import ROTATION, TRANSLATION, Anchor
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, Triplets
 
@@ -30,19 +30,18 @@ class _Joint(Lumped):
         super().__init__(name)
         self._directions, self._guided = directions, guided
         if guided:
-            # the vectors of both sides are in the frame of the first, which turns with what it takes
-            guide = Anchor(self, "first", None)
-            self.first, self.first_rotation = guide.translation, guide.rotation
-            self.second = Port(self, "second.translation", TRANSLATION, guide)
-            self._ports += [self.first, self.second, self.first_rotation]
+            # it turns with what it takes, and the vectors of both sides are in its frame
+            self._guide = Anchor(self, "first", None)
+            self.first, self.first_rotation = self._guide.ports
+            self._ports += self._guide.ports
         else:
             self.first = self._add_port("first.translation", TRANSLATION)
-            self.second = self._add_port("second.translation", TRANSLATION)
-        self.turns = turns
-        if not turns:
-            if not guided:
+            if not turns:
                 self.first_rotation = self._add_port("first.rotation", ROTATION)
+        self.second = self._add_port("second.translation", TRANSLATION)
+        if not turns:
             self.second_rotation = self._add_port("second.rotation", ROTATION)
+        self.turns = turns
 
     @property
     def space(self) -> Space:
@@ -209,12 +208,12 @@ class Slider(_Joint):
         J[along, slide], J[along, spin], J[turning, spin] = -1.0, offset, -1.0
         force, moment = np.zeros((2, n)), np.eye(n)[[turning]]
         force[:, across], force[:, along] = self._directions[0], self._along
-        ports: dict[str, tuple[Floats, AngleRows | None]] = {self.first.name: (-force, None), self.second.name: (force, None)}
+        outputs = {self.first.name: -force, self.second.name: force}
         if not self.turns:
             lock = np.eye(n)[-1:]
             moment = moment - lock
-            ports[self.second_rotation.name] = (lock, FIXED)
-        ports[self.first_rotation.name] = (moment, FIXED)
+            outputs[self.second_rotation.name] = lock
+        outputs[self.first_rotation.name] = moment
         start = np.zeros(n)
         start[distance] = self._along @ span
         return Form(
@@ -225,7 +224,7 @@ class Slider(_Joint):
             R=Triplets.empty(),
             # 0 = n . (v_2 - v_1) - s w, and f s in the row of w
             T=Triplets.of([across, spin], [spin, across], distance, values=[-1.0, 1.0]),
-            ports={name: PortForm(False, (Piece(entries(out), frame),)) for name, (out, frame) in ports.items()},
+            ports={name: PortForm(False, (Piece(entries(out), self._guide),)) for name, out in outputs.items()},
             orientations={p.anchor.name: None for p in self._ports if p.anchor is not None},
             start=start,
             kinematics=Triplets.of([distance], [slide], values=1.0),
