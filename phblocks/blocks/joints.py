@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phblocks.blocks.branch import Lumped, entries, lumped_form, state
-from phblocks.blocks.checks import require_point
+from phblocks.blocks.checks import require_direction, require_point
 from phblocks.blocks.form import CONFIGURATION, Form, Piece, PortForm
 from phblocks.blocks.hold import Hold
 from phblocks.errors import DataError
@@ -154,16 +154,12 @@ class Slider(_Joint):
         start: ArrayLike | None = None,
         end: ArrayLike | None = None,
     ) -> None:
-        along = require_point(f"Slider {name!r} direction", direction)
-        length = float(np.linalg.norm(along))
-        if length == 0.0:
-            raise DataError(f"Slider {name!r} direction", expected="a direction", got="(0, 0)", fix="Correct it.")
+        self._along = require_direction(f"Slider {name!r} direction", direction)
         if guide not in ("fixed", "first"):
             raise DataError(
                 f"Slider {name!r} guide", expected='"fixed" or "first"', got=repr(guide), fix="Choose one of them."
             )
-        super().__init__(name, (QUARTER @ along)[None] / length, turns, guided=guide == "first")
-        self._along = along / length
+        super().__init__(name, (QUARTER @ self._along)[None], turns, guided=guide == "first")
         self._start, self._end = (
             None if place is None else require_point(f"Slider {name!r} {side}", place)
             for side, place in (("start", start), ("end", end))
