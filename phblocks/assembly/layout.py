@@ -10,7 +10,7 @@ from phblocks.blocks.form import FIXED, AngleRows, Form
 from phblocks.causality import CausalityReport
 from phblocks.frames import NO_TURN, Turn
 from phblocks.network import Junction, Network
-from phblocks.ports import Anchor, Exposure, Port
+from phblocks.ports import Anchor, Port
 from phblocks.system import Input
 from phblocks.triplets import Floats, Ints, Triplets
 

@@ -59,7 +59,7 @@ class _Joint(Lumped):
         Returns
         -------
         Form
-            The forces of the joint on its second side, and the moment; no energy.
+            The forces of the second side on the joint, and the moment; no energy.
         """
         n = len(self._directions)
         runs = [state(f"force{i}" if n == 1 else f"force {'xy'[i]}", "N") for i in range(n)]
@@ -183,8 +183,9 @@ class Slider(_Joint):
         Returns
         -------
         Form
-            The lateral force on the second side, and the moment. For a guide that turns also: the force along it,
-            which is zero, the moment on it, its angular velocity, the velocity along it and the distance.
+            The lateral force of the second side on the joint, and the moment. For a guide that turns also: the force
+            along it, which is zero, the moment of the guide on the joint, its angular velocity, the velocity of the
+            second side along it and its distance from the first.
         """
         hold = Hold(self.first.name, self.second.name, self._directions, self._guided, self._start, self._end)
         if not self._guided:
@@ -193,7 +194,7 @@ class Slider(_Joint):
         across, along, turning, spin, slide, distance = range(6)
         span = self._end - self._start
         offset = float(self._directions[0] @ span)
-        runs = [state("force across", "N"), state("force along", "N"), state("moment on guide", "N m")]
+        runs = [state("force across", "N"), state("force along", "N"), state("moment of guide", "N m")]
         runs += [state("angular velocity", "rad/s"), state("velocity along", "m/s")]
         runs.append(state("distance", "m", CONFIGURATION))
         if not self.turns:
