@@ -102,6 +102,18 @@ def test_gravity_and_structure():
         assert abs(J + J.T).max() == 0.0
 
 
+def test_what_is_not_asked_for_is_not_kept():
+    """Without outputs there remains the angle of the guide, which the physics needs; the motion is the same."""
+    ends = []
+    for outputs in ("all", None):
+        d, _, _ = free(turns=False)
+        system = d.compile(outputs)
+        solution = ph.simulate(system, t_end=0.5, dt=0.01, start=system.rigid_motion(spin=2.0))
+        ends.append((system.start.theta.size, solution.state("guide.distance[0]")[-1]))
+    assert [size for size, _ in ends] == [2, 1]
+    assert ends[0][1] == pytest.approx(ends[1][1], abs=1e-14)
+
+
 def test_linearisation_is_the_derivative():
     d, _, _ = free(gravity=(0.0, -9.81), offset=0.07, turns=False)
     system = d.compile()
