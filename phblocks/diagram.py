@@ -360,6 +360,10 @@ class Diagram:
             If the diagram is not causal.
         StructureError
             If the matrices violate the port-Hamiltonian structure.
+        ConstraintError
+            If a constraint follows from others, or holds nothing.
+        GapError
+            If what is joined to a slider is not in the place that it was given.
         """
         if all(block.shared for block in self.network.blocks.values()):
             raise DataError(
