@@ -217,7 +217,7 @@ def small_motions(system: System) -> System:
     fixed = system.point_angles.at(system.start.theta)
     return replace(
         system,
-        J0=system.J(),
+        J0=system.J(system.start.x),
         T=sp.coo_array(system.T.shape),
         G0=system.G(),
         K=Triplets.empty(3),
