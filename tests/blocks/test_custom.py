@@ -315,3 +315,25 @@ def test_a_mistake_in_a_small_unit_beside_a_large_one_is_seen():
             ph.CustomBlock("both", 2, **(options | {"gradient": lambda x, wrong=wrong: wrong * weight * x}))
         with pytest.raises(StructureError, match="hessian"):
             ph.CustomBlock("both", 2, **(options | {"hessian": lambda x, wrong=wrong: np.diag(wrong * weight)}))
+
+
+@pytest.mark.parametrize("spring", [False, True])
+def test_a_pin_with_a_multiplier_beside_a_custom_block(spring):
+    """A bar pinned 0.5 m from its centre, moving at 1 m/s: it keeps (I + 0.25 m) w = 0.5 m v, whatever hangs on it."""
+    d = ph.Diagram("swing", gravity=(0.0, -9.81))
+    body = d.add(ph.RigidBody("bar", 2.0, 0.1, (0.5, 0.0), {"pin": (0.0, 0.0), "tip": (1.0, 0.0)}))
+    d.pin(body["pin"], d.ground, multiplier=True)
+    if spring:
+        a = sympy.symbols("a b")
+        energy = 30 * (a[0] ** 2 + a[1] ** 2) + 500 * (a[0] ** 2 + a[1] ** 2) ** 2
+        port = {"end": ph.SystemPort(ph.TRANSLATION, (0, 1), "force")}
+        block = d.add(ph.CustomBlock.from_sympy("tie", energy, a, G=np.eye(2), ports=port, start=[0.1, 0.0]))
+        d.connect(body["tip"].translation, block["end"])
+    system = d.compile()
+    start = system.rigid_motion(velocity=(0.0, 1.0), blocks=["bar"])
+    solution = ph.simulate(system, 1.0, 0.01, start=start)
+    spin = 0.5 * 2.0 / (0.1 + 0.25 * 2.0)
+    assert solution.statistics.start_energy_change == pytest.approx((0.1 + 0.5) * spin**2 / 2 - 1.0, rel=1e-12)
+    assert solution.max_power_balance_error < 1e-12 * np.abs(solution.energy.total).max()
+    if spring:  # it goes with the velocity of the tip, and pulls back
+        np.testing.assert_array_equal(solution.x[0][system.state_names.index("tie.x0[0]")], 0.1)
