@@ -10,7 +10,7 @@ from phblocks.blocks.form import FIXED, AngleRows, Form
 from phblocks.causality import CausalityReport
 from phblocks.frames import NO_TURN, Turn
 from phblocks.network import Junction, Network
-from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
+from phblocks.ports import TRANSLATION, Anchor, Port
 from phblocks.system import Input, Site
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -56,7 +56,7 @@ class Layout:
     first_input: dict[str, int]
     port_gives: dict[Port, bool]
     junction_of: dict[Port, Junction]
-    _driven: dict[Exposure, int] = field(default_factory=dict)
+    _driven: dict[str, int] = field(default_factory=dict)
     _turns: dict[Anchor, Turn] = field(default_factory=dict)
     _numbers: dict[str, int] = field(default_factory=dict)
 
@@ -190,11 +190,11 @@ class Layout:
             if self.gives(port) and port.anchor is not None:
                 source = self._orientation(port.anchor)
                 return source.shifted(anchor.angle - source.reference)
-        exposure = next(e for e in junction.exposures if e.gives)
-        if exposure not in self._driven:
-            self._driven[exposure] = self.n_theta
+        name = next(e.name for e in junction.exposures if e.gives)
+        if name not in self._driven:
+            self._driven[name] = self.n_theta
             self.n_theta += 1
-        return Turn((self._driven[exposure],), (1.0,), anchor.angle)
+        return Turn((self._driven[name],), (1.0,), anchor.angle)
 
     def driven_rows(self) -> tuple[Ints, Ints]:
         """List the rotation states that inputs drive.
@@ -205,7 +205,7 @@ class Layout:
             The rotation state and the input whose time integral it is.
         """
         rows = list(self._driven.values())
-        inputs = [self.first_input[e.name] for e in self._driven]
+        inputs = [self.first_input[name] for name in self._driven]
         return np.array(rows, dtype=np.int64), np.array(inputs, dtype=np.int64)
 
     def sites(self) -> tuple[Site, ...]:
