@@ -26,13 +26,12 @@ ENDS = {"free": (GIVES, GIVES), "pinned": (TAKES, GIVES), "clamped": (TAKES, TAK
 STEPS = [(1.0, 0.0), (0.0, 1.0), (0.6, -0.3), (-0.5, 0.8), (0.2, 0.1), None]
 
 
-@dataclass
+@dataclass(eq=False)
 class Node:
     """Ports that will be joined; ``role`` is GIVES if one of them certainly gives, EITHER if one may."""
 
     ports: list
     role: str
-    closed: bool = False
 
     @property
     def domain(self):
@@ -96,7 +95,7 @@ class Sketch:
     def places_for(self, domain, role):
         """Nodes of a domain where a port of this role can be attached."""
         fits = (GIVES, EITHER) if role == TAKES else (EITHER, TAKES)
-        return [n for n in self.nodes if n.domain == domain and n.role in fits and not n.closed]
+        return [n for n in self.nodes if n.domain == domain and n.role in fits]
 
     def attach(self, port, role, acts=False):
         """Attach a port to a node that was there; make one if there is none where it fits."""
@@ -143,8 +142,8 @@ def add_beam(sketch, a, b, fittings):
         ph.LineLoad(f"{sketch.name('load')} {i}", sketch.signal(ph.TRANSLATION), follows=follows)
         for i, follows in enumerate(sketch.choose([[], [], [False], [True], [False, True]]))
     ]
-    beam = sketch.add(
-        ph.Beam,
+    beam = ph.Beam(
+        sketch.name("Beam"),
         section,
         a,
         b,
@@ -158,8 +157,13 @@ def add_beam(sketch, a, b, fittings):
         ),
         loads=loads,
     )
+    if ends == ("auto", "auto") and sketch.choose([False, False, False, True]):
+        first, second = (sketch.diagram.add(part) for part in beam.split(0.4))
+        sketch.diagram.weld(first.end, second.start)
+    else:
+        first = second = sketch.diagram.add(beam)
     roles = [ENDS.get(end, (EITHER, EITHER)) for end in ends]
-    return [Member(anchor, *role) for anchor, role in zip((beam.start, beam.end), roles, strict=True)]
+    return [Member(anchor, *role) for anchor, role in zip((first.start, second.end), roles, strict=True)]
 
 
 def add_line(kind, low, high, sketch, a, b, _):
@@ -229,7 +233,7 @@ def add_hub(sketch, giver, others):
     Return the node of translation, and that of rotation if something turns with the hub.
     """
     here = sketch.node(giver.anchor.translation, giver.translation)
-    hub = sketch.node(giver.anchor.rotation, giver.rotation) if giver.anchor.turns else None
+    hub = add_shaft(sketch, giver) if giver.anchor.turns else None
     for member in others:
         here.attach(member.anchor.translation, member.translation)
         if not member.anchor.turns:
@@ -238,9 +242,18 @@ def add_hub(sketch, giver, others):
         if hub is not None and welded:
             hub.attach(member.anchor.rotation, member.rotation)
         else:
-            own = sketch.node(member.anchor.rotation, member.rotation)
+            own = add_shaft(sketch, member)
             hub = own if hub is None else hub
     return here, hub
+
+
+def add_shaft(sketch, member):
+    """Leave the rotation of an anchor open, or hold it if it can only take."""
+    if member.rotation != TAKES:
+        return sketch.node(member.anchor.rotation, member.rotation)
+    shaft = sketch.node(sketch.diagram.ground.rotation, GIVES)
+    shaft.attach(member.anchor.rotation)
+    return shaft
 
 
 def join(sketch, members):
@@ -329,7 +342,7 @@ def add_source(kind, domain, role, sketch):
 
 def add_exposure(sketch):
     """An input without a signal of its own."""
-    nodes = [n for n in sketch.nodes if not n.closed and not n.held]
+    nodes = [n for n in sketch.nodes if not n.held]
     if nodes:
         node = sketch.choose(nodes)
         port = sketch.choose(node.ports)
@@ -444,21 +457,36 @@ DEVICES = [
 
 
 def commit(sketch):
-    """Join the ports of all nodes, with the verbs for anchors where that is what meets."""
+    """Join the ports of all nodes: with the verbs for anchors where those meet, others with connect, or not at all."""
     d = sketch.diagram
+    joined = [node for node in sketch.nodes if len(node.ports) > 1]
+    turning = {frozenset(p.anchor for p in n.ports): n for n in joined if n.domain == ph.ROTATION}
+    welded = []
+    for node in joined:
+        anchors = [p.anchor for p in node.ports]
+        if node.domain == ph.TRANSLATION and meet(anchors):
+            twin = turning.get(frozenset(anchors))
+            welded.append(twin)
+            (d.pin if twin is None else d.weld)(*anchors)
+        elif node.domain != ph.ROTATION:
+            d.connect(*node.ports)
+    for node in joined:
+        if node.domain == ph.ROTATION and node not in welded:
+            d.connect(*node.ports)
+    exposed = [e.port for e in d.network.exposures()]
     for node in sketch.nodes:
-        if len(node.ports) > 1:
-            anchors = [p.anchor for p in node.ports]
-            places = [None if a is None else a.position for a in anchors]
-            here = next((place for place in places if place is not None), None)
-            together = all(place is None or np.allclose(place, here, rtol=0.0, atol=1e-12) for place in places)
-            if node.domain == ph.TRANSLATION and None not in anchors and together:
-                d.pin(*anchors)
-            else:
-                d.connect(*node.ports)
-        elif node.role != TAKES and not node.ports[0].block.shared and sketch.choose([False, False, False, True]):
-            if not any(e.port in node.ports for e in d.network.exposures()):
-                d.free(node.ports[0])
+        port = node.ports[0]
+        alone = len(node.ports) == 1 and node.role != TAKES and not port.block.shared and port not in exposed
+        if alone and sketch.choose([False, False, True]):
+            d.free(port)
+
+
+def meet(anchors):
+    """Whether anchors are in one place, or wherever they are needed."""
+    if None in anchors:
+        return False
+    places = [a.position for a in anchors if a.position is not None]
+    return all(np.allclose(place, places[0], rtol=0.0, atol=1e-12) for place in places)
 
 
 def grow(draw, diagram):
@@ -482,7 +510,7 @@ def grow(draw, diagram):
         members += add_fitting(sketch, what, place)
         if members:
             join(sketch, members)
-    for device in draw(st.lists(st.sampled_from(DEVICES), min_size=1, max_size=5)):
+    for device in draw(st.lists(st.sampled_from(DEVICES), min_size=2, max_size=6)):
         device(sketch)
     commit(sketch)
     return sketch

@@ -42,6 +42,13 @@ def moving(system, seed, energy):
     return ph.State(x, system.start.theta, system.start.points)
 
 
+def start_of(system, seed):
+    """At rest, with random velocities, or moving as a rigid body."""
+    if seed % 4 == 3:
+        return system.rigid_motion((0.3, -0.2), spin=1.5, about=(0.5, 0.0))
+    return moving(system, seed, [0.0, 1e-2, 1.0][seed % 4])
+
+
 def assert_symmetric_semidefinite(matrix):
     size = np.abs(matrix).max(initial=0.0)
     assert np.abs(matrix - matrix.T).max(initial=0.0) <= 1e-12 * size
@@ -88,6 +95,7 @@ def assert_balanced(solution):
     }
     assert max(errors.values()) <= max(1e-11 * scale, NOTHING), (errors, scale)
     assert (np.diff(energy.dissipated) >= -1e-11 * scale).all()
+    return max(errors.values()) / max(scale, NOTHING)
 
 
 def shuffled(diagram, seed):
