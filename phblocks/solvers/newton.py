@@ -14,8 +14,8 @@ from phblocks.triplets import Floats
 #: States with energy that are smaller than this, relative to the forces of joints, are round-off.
 HELD = 1e-12
 
-#: An update of this relative size is followed by one of its square times this, at least.
-LEAST_CURVATURE = 1e-3
+#: An update of this relative size may be followed by one of its square times this.
+CURVATURE = 10.0
 
 
 @dataclass(frozen=True)
@@ -93,10 +93,11 @@ class Newton:
                 return None, iteration
             size = max(least, float(np.linalg.norm(z[carrying])))
             ratio = max(change / last, moved / last_moved if last_moved > 0.0 else 0.0) if iteration > 1 else np.inf
-            # convergence is quadratic: the next update would be about change * ratio**2; but a first update that is
-            # nearly all along linear directions tells nothing about the others, where the next may be change**2 / size
-            curved = max(ratio**2, LEAST_CURVATURE * change / size) if size > 0.0 else ratio**2
-            if change == 0.0 or (ratio < 0.1 and change * curved <= self.tolerance * size):
+            # convergence is quadratic: the next update would be about change * ratio**2
+            if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * size):
+                if iteration == 2 and CURVATURE * change**2 > self.tolerance * size**2:
+                    # a first update nearly all along linear directions tells nothing of how the others converge
+                    return z - solver.solve(stage.evaluate(z)[0]), iteration + 1
                 return z, iteration
             # where joints hold everything, the states with energy are nothing but round-off of the joints' forces
             whole = float(np.linalg.norm(z))

@@ -12,6 +12,14 @@ STEPS = 8
 NOTHING = 1e-30
 
 
+def describe(diagram):
+    """What hypothesis prints of a diagram for which something does not hold."""
+    network = diagram.network
+    blocks = [f"{b!r} {vars(b)}" for b in network.blocks.values()]
+    exposed = [f"expose {e.port.path} as {e.name!r}, {'common' if e.gives else 'summed'}" for e in network.exposed]
+    return "\n".join([f"gravity {network.gravity}", *blocks, *(j.name for j in network.joined), *exposed])
+
+
 def assert_error_helps(error):
     assert error.where and error.expected and error.got and error.fix and str(error).startswith(f"[{error.code}]")
 

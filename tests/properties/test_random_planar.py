@@ -9,7 +9,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, event, given, settings
+from hypothesis import HealthCheck, event, given, note, settings
 from hypothesis import strategies as st
 
 import phblocks as ph
@@ -23,6 +23,7 @@ from tests.properties.properties import (
     assert_order_does_not_matter,
     assert_pruned_moves_alike,
     assert_structure,
+    describe,
     inputs_of,
     shuffled,
     start_of,
@@ -98,6 +99,7 @@ def draw_and_check(count, folder, **options):
     @settings(max_examples=count, suppress_health_check=slow_to_draw, **options)
     @given(planar.diagrams(), st.integers(0, 2**32 - 1))
     def run(diagram, seed):
+        note(describe(diagram))
         check(diagram, seed, counter, folder)
 
     run()
