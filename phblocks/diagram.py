@@ -143,6 +143,8 @@ class Diagram:
             If they are not in the same place.
         PortInUseError
             If the translation of one of them is joined already.
+        PortTypeError
+            If one of them has no port of translation.
         ForeignBlockError
             If the block of one of them is not in the diagram.
         ArgumentTypeError
@@ -170,6 +172,8 @@ class Diagram:
             If they are not in the same place.
         PortInUseError
             If a port of one of them is joined already.
+        PortTypeError
+            If one of them has no port of translation, or none of rotation.
         ForeignBlockError
             If the block of one of them is not in the diagram.
         ArgumentTypeError
@@ -202,7 +206,7 @@ class Diagram:
         Raises
         ------
         PortTypeError
-            If their domains differ.
+            If their domains differ, or one of them is not a port of its block.
         PortInUseError
             If one of them is joined already.
         ForeignBlockError
@@ -473,6 +477,13 @@ class Diagram:
                 fix="Give a port." + hint,
             )
         self._require_member(port.block, port.path)
+        if port.block.ports.get(port.name) is not port:
+            raise PortTypeError(
+                f"{verb} {port.path}",
+                expected=f"one of the ports of {port.block!r}: {', '.join(port.block.ports)}",
+                got="one it does not have",
+                fix="A shaft such as that of a motor is joined with connect(), not with pin() or weld().",
+            )
 
     def _require_member(self, block: Block, path: str) -> None:
         if self.network.blocks.get(block.name) is not block:

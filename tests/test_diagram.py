@@ -194,6 +194,14 @@ def test_force_to_moment(pair):
 
 
 @pytest.mark.parametrize("verb", ["pin", "weld"])
+def test_a_shaft_has_no_translation(pair, verb):
+    d, a, _ = pair
+    motor = d.add(ph.DCMotor("motor", 1.0, 0.1))
+    with pytest.raises(PortTypeError, match=r"motor\.shaft\.translation: expected one of the ports of .*connect\(\)"):
+        getattr(d, verb)(a.end, motor.shaft.anchor)
+
+
+@pytest.mark.parametrize("verb", ["pin", "weld"])
 def test_a_block_that_was_not_added(pair, bar, verb):
     d, a, _ = pair
     with pytest.raises(ForeignBlockError, match=r"c\.start: expected a block of diagram 'pair'.*add\(\)"):

@@ -202,11 +202,11 @@ class Layout:
             if self.gives(port) and port.anchor is not None:
                 source = self._orientation(port.anchor)
                 return source.shifted(anchor.angle - source.reference)
-        exposure = next(e for e in junction.exposures if e.gives)
-        if exposure.name not in self._driven:
-            self._driven[exposure.name] = self.n_theta
+        name = next(e.name for e in junction.exposures if e.gives)
+        if name not in self._driven:
+            self._driven[name] = self.n_theta
             self.n_theta += 1
-        return Turn((self._driven[exposure.name],), (1.0,), anchor.angle)
+        return Turn((self._driven[name],), (1.0,), anchor.angle)
 
     def driven_rows(self) -> tuple[Ints, Ints]:
         """List the rotation states that inputs drive.

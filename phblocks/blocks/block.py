@@ -178,6 +178,16 @@ class Block(ABC):
         """
         return ()
 
+    def prefix(self, prefix: str) -> None:
+        """Put a prefix before the name, and before the names of what the block opens to the outside.
+
+        Parameters
+        ----------
+        prefix : str
+            Of a copy in a diagram that is nested in another.
+        """
+        self.name = prefix + self.name
+
     @property
     def ports(self) -> Mapping[str, Port]:
         """All ports by name."""
