@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import Block, BlockPoint, PortChoice, Tie
+from phblocks.blocks.block import Block, BlockPoint, PortChoice, Replacement, Rigid, Tie
 from phblocks.blocks.checks import require_point, require_positive, require_real
 from phblocks.blocks.form import FIXED, AngleRows, Form, History, MaterialPoints, Piece, PortForm, StateRun
 from phblocks.errors import DataError, UnknownNameError
@@ -328,6 +328,28 @@ class RigidBody(Block):
         """
         return BlockPoint(self, tuple(require_point(f"point on {self.name!r}", place).tolist()))
 
+    @property
+    def rigid(self) -> Rigid:
+        """What the body weighs."""
+        return Rigid(self.mass, self.inertia, self.start, self.angle)
+
+    def welded_to(self, other: Block, name: str) -> Replacement | None:
+        """Make one body of this one and another that cannot move against it; see :meth:`Block.welded_to`.
+
+        Parameters
+        ----------
+        other : Block
+            What it is welded to.
+        name : str
+            Of the new body.
+
+        Returns
+        -------
+        Replacement or None
+            With the mass, centre and inertia of both; ``None`` if the other is not rigid.
+        """
+        return _welded(self, other, name)
+
     def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
         """Say that all ports give velocity.
 
@@ -414,6 +436,28 @@ class Mass(Block):
         """The components of the mass."""
         return PLANAR
 
+    @property
+    def rigid(self) -> Rigid:
+        """What the mass weighs."""
+        return Rigid(self.mass, 0.0, self.start, None)
+
+    def welded_to(self, other: Block, name: str) -> Replacement | None:
+        """Make one body of this one and another that cannot move against it; see :meth:`Block.welded_to`.
+
+        Parameters
+        ----------
+        other : Block
+            What it is welded to.
+        name : str
+            Of the new body.
+
+        Returns
+        -------
+        Replacement or None
+            With the mass, centre and inertia of both; ``None`` if the other is not rigid.
+        """
+        return _welded(self, other, name)
+
     def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
         """Say that the mass gives velocity.
 
@@ -457,3 +501,24 @@ class Mass(Block):
 
 def _centre_of_mass(mass: float, start: Floats) -> MaterialPoints:
     return MaterialPoints(np.array([mass]), Triplets.of([0, 1], [0, 1], values=1.0), FIXED, start[None])
+
+
+def _welded(first: Block, second: Block, name: str) -> Replacement | None:
+    """One body of two: a point mass of two in the same place, else a rigid body with the anchors of both."""
+    a, b = first.rigid, second.rigid
+    if a is None or b is None:
+        return None
+    what = f"make one body of {first.name!r} and {second.name!r}"
+    mass = a.mass + b.mass
+    if a.angle is None and b.angle is None:
+        point = Mass(name, mass, a.centre)
+        return Replacement(
+            point, {q: point.centre.translation for p in (first, second) for q in p.ports.values()}, what
+        )
+    centre = (a.mass * a.centre + b.mass * b.centre) / mass
+    inertia = sum(p.inertia + p.mass * float(np.sum((p.centre - centre) ** 2)) for p in (a, b))
+    anchors = {f"{p.name}-{key}": anchor for p in (first, second) for key, anchor in p.anchors.items()}
+    positions = {key: anchor.position for key, anchor in anchors.items() if anchor.position is not None}
+    body = RigidBody(name, mass, inertia, centre, positions, angle=b.angle if a.angle is None else a.angle)  # type: ignore[arg-type]  # one has
+    places = {q: r for key, anchor in anchors.items() for q, r in zip(anchor.ports, body[key].ports, strict=False)}
+    return Replacement(body, places, what)

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from phblocks.blocks.block import Block
-from phblocks.blocks.body import Mass, RigidBody
-from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
 from phblocks.network import Junction, Network
 from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
@@ -52,80 +48,46 @@ def rebuilt(network: Network, blocks: Mapping[str, Block | None], ports: Mapping
     return result
 
 
-def merged(network: Network, first: str, second: str) -> Network | None:
-    """Make one body of two that cannot move against each other.
+def merged(network: Network, first: str, second: str) -> tuple[Network, str] | None:
+    """Make one block of two, if they say that they can be one.
 
     Parameters
     ----------
     network : Network
         The network; it is not changed.
     first, second : str
-        Names of rigid bodies or point masses.
+        Names of blocks: two that cannot move against each other, or two through which the same force passes.
 
     Returns
     -------
-    Network or None
-        A new one; ``None`` if they are no bodies, or not joined rigidly.
+    (Network, str) or None
+        A new one, and the change in words; ``None`` if the two stay two.
     """
-    a, b = network.blocks.get(first), network.blocks.get(second)
-    if not isinstance(a, (Mass, RigidBody)) or not isinstance(b, (Mass, RigidBody)):
-        return None
-    if not any(_rigid(network, p, q) for p in a.anchors.values() for q in b.anchors.values()):
-        return None
-    if any(e.follows and e.port.block in (a, b) for e in network.exposures()):
-        return None  # the frame that the load turns with would be another
+    a, b = network.blocks[first], network.blocks[second]
     name = f"{first}-{second}"
     while name in network.blocks:
         name += "-merged"
-    anchors = {(p, k): f"{p.name}-{k}" for p in (a, b) for k in p.anchors}
-    mass = a.mass + b.mass
-    if isinstance(a, Mass) and isinstance(b, Mass):
-        body: Mass | RigidBody = Mass(name, mass, a.start)
-        place = {q: body.centre.translation for p in (a, b) for q in p.ports.values()}
-        return rebuilt(network, {first: body, second: None}, place)
-    centre = (a.mass * a.start + b.mass * b.start) / mass
-    inertia = sum(
-        (p.inertia if isinstance(p, RigidBody) else 0.0) + p.mass * float(np.sum((p.start - centre) ** 2))
-        for p in (a, b)
-    )
-    positions = {key: p.anchors[k].position for (p, k), key in anchors.items()}
-    angle = next(p.angle for p in (a, b) if isinstance(p, RigidBody))
-    whole = RigidBody(name, mass, inertia, centre, positions, angle=angle)  # type: ignore[arg-type]  # bodies have places
-    place = {}
-    for (p, k), key in anchors.items():
-        place |= {q: r for q, r in zip(p.anchors[k].ports, whole[key].ports, strict=False)}
+    found = None
+    if any(_rigid(network, p, q) for p in a.anchors.values() for q in b.anchors.values()):
+        found = a.welded_to(b, name) or b.welded_to(a, name)
+    if found is None and (inner := _in_series(network, a, b)) is not None:
+        found = a.in_series_with(b, name, inner)
+    if found is None:
+        return None
+    # a load would lose the frame it turns with, or act on what is held
+    if any((e.follows or found.block.shared) and e.port.block in (a, b) for e in network.exposures()):
+        return None
+    blocks: dict[str, Block | None] = {block.name: None for block in (a, b) if block is not found.block}
+    if found.block not in (a, b):
+        blocks[first] = found.block
     # what meets at one joint keeps one of the two ports; the other anchor is in the same place
+    place = dict(found.places)
     for junction in network.joined:
-        ours = [q for q in junction.ports if q.block in (a, b)]
+        ours = [q for q in junction.ports if q in place]
         place |= {q: place[ours[0]] for q in ours}
-    return rebuilt(network, {first: whole, second: None}, place)
-
-
-def merge_into_ground(network: Network, name: str) -> Network | None:
-    """Take out a body that cannot move, and attach to the ground what hangs on it.
-
-    Parameters
-    ----------
-    network : Network
-        The network; it is not changed.
-    name : str
-        Of a rigid body or point mass.
-
-    Returns
-    -------
-    Network or None
-        A new one; ``None`` if it is no body, or not fixed to the ground.
-    """
-    body = network.blocks.get(name)
-    ground = next(block for block in network.blocks.values() if isinstance(block, Ground)).anchor
-    if not isinstance(body, (Mass, RigidBody)) or not any(_rigid(network, p, ground) for p in body.anchors.values()):
-        return None
-    if any(e.port.block is body for e in network.exposures()):
-        return None
-    place = {q: r for p in body.anchors.values() for q, r in zip(p.ports, ground.ports, strict=False)}
-    result = rebuilt(network, {name: None}, place)
+    result = rebuilt(network, blocks, place)
     result.joined = [j for j in result.joined if not all(p.block.shared for p in j.ports)]
-    return result
+    return result, found.what
 
 
 def held_together(network: Network, ports: tuple[Port, ...]) -> Network | None:
@@ -181,6 +143,19 @@ def held_together(network: Network, ports: tuple[Port, ...]) -> Network | None:
 def _only_gives(port: Port) -> bool:
     choices, _ = port.block.choices()
     return next(not c.may_take for c in choices if c.port is port)
+
+
+def _in_series(network: Network, first: Block, second: Block) -> tuple[Port, Port] | None:
+    """The ports at which two blocks are joined to each other and to nothing else, if that is one place."""
+    opened = {e.port for e in network.exposures()}
+    pairs = [
+        (p, q)
+        for p in first.ports.values()
+        if (j := network.junction_of.get(p)) is not None and len(j.ports) == 2 and not opened & set(j.ports)
+        for q in j.ports
+        if q.block is second and first is not second
+    ]
+    return pairs[0] if len(pairs) == 1 else None
 
 
 def _rigid(network: Network, first: Anchor, second: Anchor) -> bool:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 from phblocks.causality.conflicts import Conflict
-from phblocks.causality.edits import held_together, merge_into_ground, merged, rebuilt
+from phblocks.causality.edits import held_together, merged, rebuilt
 from phblocks.network import Network
 from phblocks.ports import Port
 
@@ -202,22 +203,17 @@ def _alternatives(conflict: Conflict) -> Iterator[_Step]:
 
 
 def _merges(network: Network, conflict: Conflict) -> Iterator[_Step]:
-    """One body instead of two that cannot move against each other, or the ground instead of one that cannot move."""
-    names = sorted({p.block.name for j in conflict.junctions for p in j.ports if not p.block.shared})
-    for i, first in enumerate(names):
-        for second in names[i + 1 :]:
-            if merged(network, first, second) is not None:
+    """One block instead of two that cannot move against each other, or through which the same force passes."""
+    names = sorted({p.block.name for j in conflict.junctions for p in j.ports})
+    for first, second in combinations(names, 2):
+        found = merged(network, first, second)
+        if found is not None:
 
-                def join(network: Network, first: str = first, second: str = second) -> Network:
-                    return merged(network, first, second) or network
+            def join(network: Network, first: str = first, second: str = second) -> Network:
+                again = merged(network, first, second)
+                return network if again is None else again[0]
 
-                yield _Step(f"make one body of {first!r} and {second!r}", join)
-        if merge_into_ground(network, first) is not None:
-
-            def fix(network: Network, name: str = first) -> Network:
-                return merge_into_ground(network, name) or network
-
-            yield _Step(f"leave out {first!r}, which cannot move, and attach to the ground what hangs on it", fix)
+            yield _Step(found[1], join)
 
 
 def _multipliers(network: Network, conflict: Conflict) -> Iterator[_Step]:
