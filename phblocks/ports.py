@@ -227,5 +227,5 @@ class Exposure:
     port: Port
     gives: bool
     follows: bool = False
-    signal: Callable[[float], ArrayLike] | ArrayLike | None = None
+    signal: Callable[[float], ArrayLike] | ArrayLike | None = field(default=None, compare=False)  # arrays have no hash
     made_by: str = ""
