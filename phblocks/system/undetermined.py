@@ -49,7 +49,7 @@ def require_determined(system: System, constraints: Constraints) -> None:
 
     vectors = constraints.left[empty].toarray() / constraints.scale
     # the same space with vectors that share as little as can be: each has a state of its own
-    pivots = qr(vectors, mode="r", pivoting=True)[1][: empty.size]
+    pivots = np.sort(qr(vectors, mode="r", pivoting=True)[1][: empty.size])
     vectors = np.linalg.solve(vectors[:, pivots], vectors)
     vectors = np.where(np.abs(vectors) > SMALL * np.abs(vectors).max(), vectors, 0.0) * constraints.scale
     told = [_at_ports(system, vector) for vector in vectors]
