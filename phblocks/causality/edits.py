@@ -74,9 +74,10 @@ def merged(network: Network, first: str, second: str) -> tuple[Network, str] | N
         found = a.in_series_with(b, name, inner)
     if found is None:
         return None
-    # a load would lose the frame it turns with, or act on what is held
-    if any((e.follows or found.block.shared) and e.port.block in (a, b) for e in network.exposures()):
-        return None
+    for junction in network.junctions():
+        ours = [p for p in junction.ports if p.block in (a, b) and not p.block.shared]
+        if ours and any(e.follows or found.block.shared for e in junction.exposures):
+            return None  # a load would lose the frame it turns with, or act on what is held
     blocks: dict[str, Block | None] = {block.name: None for block in (a, b) if block is not found.block}
     if found.block not in (a, b):
         blocks[first] = found.block
