@@ -25,16 +25,13 @@ from phblocks.errors import (
     PortTypeError,
 )
 from phblocks.nesting import Nested, prefixed
-from phblocks.network import Junction, Network, call_site
+from phblocks.network import GAP_TOLERANCE, Junction, Network, call_site
 from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array
 
 B = TypeVar("B", bound=Block)
-
-#: Anchors closer than this, relative to their coordinates, are in the same place.
-GAP_TOLERANCE = 1e-9
 
 
 class Diagram:
@@ -365,6 +362,10 @@ class Diagram:
             If the diagram is not causal.
         StructureError
             If the matrices violate the port-Hamiltonian structure.
+        ConstraintError
+            If a constraint follows from others, or holds nothing.
+        GapError
+            If what is joined to a slider is not in the place that it was given.
         """
         if all(block.shared for block in self.network.blocks.values()):
             raise DataError(

@@ -87,7 +87,7 @@ class PortInUseError(PhblocksError, ValueError):
 
 
 class GapError(PhblocksError, ValueError):
-    """Two anchors are joined that are not in the same place."""
+    """Two anchors are joined that are not in the same place, or one is not where a slider was told it is."""
 
     code = "PH206"
 

@@ -19,6 +19,9 @@ from phblocks.ports import Domain, Exposure, Port
 from phblocks.space import Space
 from phblocks.triplets import Floats
 
+#: Anchors closer than this, relative to their coordinates, are in the same place.
+GAP_TOLERANCE = 1e-9
+
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
 
 

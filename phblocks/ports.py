@@ -227,5 +227,5 @@ class Exposure:
     port: Port
     gives: bool
     follows: bool = False
-    signal: Callable[[float], ArrayLike] | ArrayLike | None = field(default=None, compare=False)  # arrays have no hash
+    signal: Callable[[float], ArrayLike] | ArrayLike | None = field(default=None, compare=False)  # arrays: by entry
     made_by: str = ""

@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from phblocks.blocks.form import Form
 from phblocks.errors import ArgumentTypeError, DataError
@@ -30,11 +31,16 @@ class PortChoice:
         It can give the common quantity (velocity) and take the summed one (force).
     may_take : bool
         It can take the common quantity and give the summed one.
+    shares : {"anchor", "fixed"} or None, optional
+        What it gives are states of its own, one for each component, in the frame of its anchor or in the fixed one:
+        several such ports whose frames keep their angle to each other can give at one junction, by being the same
+        states.
     """
 
     port: Port
     may_give: bool
     may_take: bool
+    shares: Literal["anchor", "fixed"] | None = None
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from phblocks.blocks.checks import require_point, require_positive, require_real
 from phblocks.blocks.form import FIXED, AngleRows, MaterialPoints, Piece, PortForm, StateRun
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.frames import QUARTER
-from phblocks.ports import Anchor
+from phblocks.ports import Anchor, Port
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, Triplets
 
@@ -163,7 +163,14 @@ class RigidBody(Block):
         ties : sequence of Tie
             None.
         """
-        return [PortChoice(p, may_give=True, may_take=False) for p in self.ports.values()], []
+        return [PortChoice(p, may_give=True, may_take=False, shares=self._shares(p)) for p in self.ports.values()], []
+
+    def _shares(self, port: Port) -> Literal["anchor", "fixed"] | None:
+        """Angular velocity is a state of its own, and so is the velocity of the centre of mass."""
+        if port.domain.turns_with == "rotation":
+            return "anchor"
+        assert port.anchor is not None
+        return "fixed" if not np.any(port.anchor.place) else None
 
     def form(self, gives: Mapping[str, bool]) -> BodyForm:
         """Reduce the body to its matrices.
@@ -271,7 +278,7 @@ class Mass(Block):
         ties : sequence of Tie
             None.
         """
-        return [PortChoice(self.centre.translation, may_give=True, may_take=False)], []
+        return [PortChoice(self.centre.translation, may_give=True, may_take=False, shares="fixed")], []
 
     def form(self, gives: Mapping[str, bool]) -> BodyForm:
         """Reduce the mass to its matrices.

@@ -18,11 +18,11 @@ from scipy.linalg import block_diag
 from scipy.sparse.linalg import splu
 
 from phblocks.blocks.block import Block
-from phblocks.blocks.form import Form, Piece
+from phblocks.blocks.form import AngleRows, Form, Piece
 from phblocks.causality.edits import Meeting
 from phblocks.frames import rotate
 from phblocks.network import Junction, Network
-from phblocks.ports import Port
+from phblocks.ports import Anchor, Port
 from phblocks.triplets import Floats, Ints
 
 Forms = Callable[[Block], Form]
@@ -101,7 +101,10 @@ def _in_fixed_frame(form: Form, port: Port, piece: Piece) -> Floats:
     frame = piece.frame
     if frame is None and port.anchor is not None:
         frame = form.orientations.get(port.anchor.name)
-    angle = (port.anchor.angle if port.anchor else 0.0) if frame is None else float(frame.reference[0])
+    anchor = frame if isinstance(frame, Anchor) else port.anchor
+    angle = anchor.angle if anchor else 0.0
+    if isinstance(frame, AngleRows):
+        angle = float(frame.reference[0])
     return rotate(np.asarray(angle), piece.output.csr((2, form.size)).toarray().T).T
 
 

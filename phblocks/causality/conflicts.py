@@ -80,7 +80,7 @@ def find_conflicts(problem: Problem, values: Sequence[bool], ports: Collection[i
         "tie": {t for p in here for t in problem.ties_of[p]},
     }
     elements = [e for e in problem.elements if e.number in where[e.kind]]
-    unsatisfied = {j for j in junctions if sum(values[p] for p in problem.members[j]) + problem.outside[j] != 1}
+    unsatisfied = {j for j in junctions if not problem.satisfied(j, values)}
     conflicts = []
     blamed: set[Element] = set()
     while core := _core(problem, [e for e in elements if e not in blamed]):
@@ -180,6 +180,7 @@ def _restricted(problem: Problem, elements: Collection[Element]) -> Problem:
         [problem.outside[j] for j in junctions],
         [problem.ties[t] for t in ties],
         [problem.ends[t] for t in ties],
+        [problem.teams[j] for j in junctions],
     )
 
 

@@ -176,9 +176,15 @@ def _all_of(steps: Sequence[Step]) -> Callable[[Network], Network]:
 
 
 def _states(report: CausalityReport) -> int:
-    """Count the states of all blocks."""
+    """Count the states of all blocks, those that are shared once."""
     gives: dict[str, dict[str, bool]] = {}
     for a in report.assignments:
         gives.setdefault(a.port.block.name, {})[a.port.name] = a.gives
-    blocks = report.network.blocks
-    return sum(blocks[name].form(of_block).size for name, of_block in gives.items())
+    network = report.network
+    wrong = {p for conflict in report.conflicts for p in conflict.junction.ports}
+    alike = sum(
+        (len(ports) - 1) * len(ports[0].domain.components(network.space))
+        for ports in report.shared
+        if not wrong.intersection(ports)
+    )
+    return sum(network.blocks[name].form(of_block).size for name, of_block in gives.items()) - alike

@@ -82,8 +82,6 @@ def steps_for(report: CausalityReport, known: Collection[str]) -> list[Step]:
     """
     network, forms = report.network, _forms(report)
     for conflict in report.conflicts:
-        # what shares states between welded ends belongs between the alternatives and the merges: no index, no
-        # stiffness, fewer states
         steps = [
             *_alternatives(conflict),
             *_merges(network, conflict),

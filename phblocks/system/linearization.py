@@ -158,10 +158,12 @@ def small_motions(system: System) -> System:
     weight = Triplets((i, np.zeros_like(f)), system.K_g.values * phi[f])
     a, b, g = system.connections.entries.indices
     flows = Triplets((a, b, np.zeros_like(g)), system.connections.entries.values * phi[g])
+    a, b, g = system.connections.supply.indices
+    supply = Triplets((a, b, np.zeros_like(g)), system.connections.supply.values * phi[g])
     fixed = system.point_angles.at(system.start.theta)
     return replace(
         system,
-        J0=system.J(),
+        J0=system.J(system.start.x),
         T=sp.coo_array(system.T.shape),
         G0=system.G(),
         K=Triplets.empty(3),
@@ -172,7 +174,7 @@ def small_motions(system: System) -> System:
         lines=replace(
             system.lines, line=system.lines.line[:0], frames=Angles(system.lines.frames.rows[:0], np.empty(0))
         ),
-        connections=replace(system.connections, entries=flows),
+        connections=replace(system.connections, entries=flows, supply=supply),
         point_angles=Angles(sp.csr_array(system.point_angles.rows.shape), fixed),
     )
 

@@ -4,8 +4,8 @@
     theta' = rates z + input_rates u                              (orientations: time integrals of spins)
     y = G(theta)^T z,     H = 1/2 x^T E x  (+ potential energy of gravity)
 
-Spans of lines of action (springs, dampers) are states too, without energy: ``span' = kinematics phi x +
-kinematics_u u``; their rows are not part of E and J.
+Spans of lines of action (springs, dampers) and distances along guides are states too, without energy:
+``span' = kinematics phi x + kinematics_u u``; their rows are not part of E and J.
 
 The configuration enters through *features* only, ``phi(theta) = [1, cos alpha, sin alpha]`` with
 ``alpha = alpha0 + P theta``: relative angles at joints, angles of ports in the fixed frame and of material
@@ -36,7 +36,8 @@ from phblocks.system.constraints import find_constraints
 from phblocks.system.linearization import Linearization, energy_variables, linearize, small_motions
 from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
-from phblocks.system.parts import Connections, Input, Part, Site, State
+from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
+from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -76,13 +77,15 @@ class System:
     lines : Lines
         Lines of action; their directions are features too, after the cosines and sines.
     kinematics : Triplets
-        Shape (n, n, n_features): rates of the spans of lines; rows of other states are empty.
+        Shape (n, n, n_features): rates of the states of the configuration; other rows are empty.
     kinematics_u : scipy.sparse.csr_array
         Shape (n, n_inputs): the same from inputs.
     connections : Connections
         Who exchanges power with whom.
     sites : tuple of Site
         Where anchors are joined in space.
+    guides : tuple of Guide
+        Where they are joined across some directions only.
     anchor_angles : mapping of str to (numpy.ndarray, numpy.ndarray, float)
         Orientation of each anchor: places in theta, weights, initial angle (rad).
     point_mass : numpy.ndarray
@@ -93,6 +96,8 @@ class System:
         Their orientations.
     start : State
         The initial configuration, at rest.
+    sharing : Sharing
+        The states that blocks share.
     report : object
         The causality report the system was assembled from.
     """
@@ -118,11 +123,13 @@ class System:
     kinematics_u: sp.csr_array
     connections: Connections
     sites: tuple[Site, ...]
+    guides: tuple[Guide, ...]
     anchor_angles: dict[str, tuple[Ints, Floats, float]]
     point_mass: Floats
     point_velocity: sp.csr_array
     point_angles: Angles
     start: State
+    sharing: Sharing
     report: object = field(repr=False)
 
     def __repr__(self) -> str:
@@ -169,19 +176,24 @@ class System:
 
     @cached_property
     def rate_matrix(self) -> sp.csr_array:
-        """What multiplies x' in the equations, shape (n, n): E, and one in the rows of spans.
+        """What multiplies x' in the equations, shape (n, n): E, and one in the rows of the configuration.
 
         The rates of energy variables whose energy is not quadratic stand in the rows of their co-energy variables.
         """
-        spans = self.lines.spans.ravel()
-        ones = [Triplets.of(spans, spans, values=1.0)]
+        moving = np.flatnonzero(self.configuration)
+        ones = [Triplets.of(moving, moving, values=1.0)]
         ones += [Triplets.of(s.coenergy, s.energy, values=1.0) for s in self.storages]
         return sp.csr_array(self.E + Triplets.join(ones).csr(self.J0.shape))
 
     @cached_property
     def storages(self) -> tuple[Storage, ...]:
         """Where energy is stored that is not quadratic in the states, with indices among those of the system."""
-        return tuple(p.form.storage.shifted(p.states.start) for p in self.parts if p.form.storage is not None)
+        place = self.sharing.state_of
+        return tuple(
+            p.form.storage.shifted(int(place(np.array(p.states.start))))
+            for p in self.parts
+            if p.form.storage is not None
+        )
 
     @property
     def quadratic(self) -> bool:
@@ -224,17 +236,19 @@ class System:
     @cached_property
     def state_names(self) -> tuple[str, ...]:
         """Name of each state: block, field, component and number along the block, such as ``crank.V1[0]``."""
-        return tuple(
+        names = [
             f"{part.name}.{run.field}[{i}]"
             for part in self.parts
             for run in part.form.runs
             for i in range(run.positions.size)
-        )
+        ]
+        return tuple(names[i] for i in self.sharing.kept)
 
     @cached_property
     def state_units(self) -> tuple[str, ...]:
         """SI unit of each state."""
-        return tuple(r.unit for p in self.parts for r in p.form.runs for _ in range(r.positions.size))
+        units = [r.unit for p in self.parts for r in p.form.runs for _ in range(r.positions.size)]
+        return tuple(units[i] for i in self.sharing.kept)
 
     @cached_property
     def theta_names(self) -> tuple[str, ...]:
@@ -249,19 +263,30 @@ class System:
     @cached_property
     def state_positions(self) -> Floats:
         """Place of each state along its block, shape (n,), m from the start."""
-        return np.concatenate([run.positions for part in self.parts for run in part.form.runs] or [np.empty(0)])
+        positions = [run.positions for part in self.parts for run in part.form.runs]
+        return np.concatenate(positions or [np.empty(0)])[self.sharing.kept]
 
     @cached_property
     def energy_kinds(self) -> tuple[str, ...]:
         """Kinds of energy the states store, such as ``("kinetic", "strain")``."""
         return tuple(dict.fromkeys(run.energy for part in self.parts for run in part.form.runs))
 
-    @cached_property
+    @property
     def energy_kind_of_state(self) -> Ints:
         """For each state its place in :attr:`energy_kinds`, shape (n,)."""
+        return self.energy_kind_of_coordinate[self.sharing.kept]
+
+    @cached_property
+    def energy_kind_of_coordinate(self) -> Ints:
+        """For each coordinate of the blocks its place in :attr:`energy_kinds`."""
         kinds = {kind: i for i, kind in enumerate(self.energy_kinds)}
         runs = [run for part in self.parts for run in part.form.runs]
         return np.repeat([kinds[r.energy] for r in runs], [r.positions.size for r in runs]).astype(np.int64)
+
+    @cached_property
+    def configuration(self) -> NDArray[np.bool_]:
+        """For each state whether it belongs to the configuration: spans of lines, distances along guides."""
+        return np.array([kind == CONFIGURATION for kind in self.energy_kinds], dtype=bool)[self.energy_kind_of_state]
 
     @cached_property
     def carries_energy(self) -> NDArray[np.bool_]:
@@ -269,10 +294,8 @@ class System:
 
         Multipliers, states of stateless parts and spans do not, nor do states whose energy is not quadratic.
         """
-        runs = [run for part in self.parts for run in part.form.runs]
-        carries = np.repeat(
-            [r.energy not in (NO_ENERGY, CONFIGURATION) for r in runs], [r.positions.size for r in runs]
-        ).astype(bool)
+        carry = np.array([kind not in (NO_ENERGY, CONFIGURATION) for kind in self.energy_kinds], dtype=bool)
+        carries = carry[self.energy_kind_of_state]
         for storage in self.storages:
             carries[storage.energy] = False
         return carries

@@ -125,13 +125,15 @@ def test_springs_that_are_not_in_series_stay_two():
 def test_a_block_of_the_users_own_may_merge_too():
     """Nothing in the pipeline asks for a class: the block says what it becomes."""
 
-    class Weight(ph.Mass):
+    class Weight(ph.RigidBody):
         def welded_to(self, other, name):
-            ports = {p: self.centre.translation for b in (self, other) for p in b.ports.values()}
-            return Replacement(self, ports, "let the weight swallow it")
+            here = self.centre.ports
+            ports = {p: q for a in other.anchors.values() for p, q in zip(a.ports, here, strict=True)}
+            return Replacement(self, {q: q for q in here} | ports, "let the weight swallow it")
 
     d = ph.Diagram()
-    a, b = d.add(Weight("a", 1.0, (0.0, 0.0))), d.add(ph.Mass("b", 2.0, (0.0, 0.0)))
-    d.pin(a.centre, b.centre)
+    a = d.add(Weight("a", 1.0, 1.0, (0.0, 0.0)))
+    b = d.add(ph.RigidBody("b", 2.0, 1.0, (1.0, 0.0), {"p": (0.0, 0.0)}))
+    d.weld(a.centre, b["p"])
     first = d.check().repairs[0]
     assert first.what == "let the weight swallow it" and set(first.apply(d).network.blocks) == {"ground", "a"}

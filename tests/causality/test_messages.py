@@ -109,9 +109,9 @@ def test_every_class_is_among_them():
 
 def test_what_a_repair_puts_in_is_traced_to_the_joint_it_stands_for():
     d = ph.Diagram()
-    a, b = (d.add(ph.Mass(n, 1.0, (0.0, 0.0))) for n in "ab")
+    a, b = (d.add(ph.RigidBody(n, 1.0, 1.0, (x, 0.0), {"p": (1.0, 0.0)})) for x, n in enumerate("ab"))
     line = inspect.currentframe().f_lineno + 1
-    d.pin(a.centre, b.centre)
+    d.pin(a["p"], b.centre)
     bushing = next(r for r in d.check().repairs if r.cost.stiffness is not None)
     mended = bushing.apply(d)
     assert mended.network.added["pin a b"] == f"pin at test_messages.py:{line}"

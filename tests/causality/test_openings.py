@@ -174,12 +174,3 @@ def test_changing_what_was_mended_leaves_the_first_alone():
         mended.add(ph.Mass("m", 1.0, (5.0, 5.0)))
         mended.expose(mended.network.blocks["m"].centre.translation, "push")
     assert "m" not in d.network.blocks and [e.name for e in d.network.exposures()] == ["one", "two"]
-
-
-def test_a_constant_source_may_turn_a_beam():
-    d = ph.Diagram()
-    b, spin = beam(d), d.add(ph.AngularVelocity("spin", 2.0))
-    d.pin(b.start, d.ground)
-    d.connect(b.start.rotation, spin.port)
-    solution = ph.simulate(d.compile(), t_end=0.5, dt=0.01)
-    np.testing.assert_allclose(solution.angle("b", 0.0), 2.0 * solution.t, atol=1e-12)

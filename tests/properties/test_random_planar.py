@@ -124,7 +124,7 @@ def wave(amplitude, rate, vector):
 
 def attach(draw, d, kind, name, inputs):
     """Put something on open ports."""
-    domain = ph.TRANSLATION if kind in ("force", "velocity", "slider", "expose") else ph.ROTATION
+    domain = ph.TRANSLATION if kind in TRANSLATIONS else ph.ROTATION
     ports = open_ports(d, domain)
     if "velocity" in kind and draw(st.integers(0, 7)) != 5:  # a body has a velocity already
         ports = [port for port in ports if isinstance(port.block, ph.Beam)]
@@ -148,6 +148,19 @@ def attach(draw, d, kind, name, inputs):
         guide = d.add(ph.Slider(name, (draw(st.floats(0.1, 1.0)), draw(st.floats(-1.0, 1.0)))))
         d.connect(guide.first, d.ground.translation)
         d.connect(guide.second, port)
+    elif kind == "guide":
+        guide_on(draw, d, name, port)
+    elif kind == "lever":
+        others = [p for p in ports if p.block is not port.block]
+        matrix = draw(st.sampled_from([-0.5, [[0.3, 1.0], [-2.0, 0.4]]]))
+        lever = d.add(ph.Transformer(name, matrix, ph.TRANSLATION, ph.TRANSLATION, multiplier=draw(st.booleans())))
+        d.connect(lever.first, port)
+        d.connect(lever.second, draw(st.sampled_from([d.ground.translation, *others])))
+    elif kind == "rack":
+        shafts = [p for p in open_ports(d, ph.ROTATION) if p.block is not port.block]
+        rack = d.add(ph.Transformer(name, 0.3, ph.ROTATION, ph.TRANSLATION, draw(st.booleans()), None, (0.3, 1.0)))
+        d.connect(rack.second, port)
+        d.connect(rack.first, draw(st.sampled_from([d.ground.rotation, *shafts])))
     else:
         torsion = d.add(
             ph.TorsionSpring(name, draw(size(0.1, 1e3)), draw(st.floats(-0.5, 0.5)))
@@ -159,7 +172,24 @@ def attach(draw, d, kind, name, inputs):
         d.connect(torsion.second, draw(st.sampled_from([d.ground.rotation, *others])))
 
 
-KINDS = ("force", "moment", "velocity", "angular velocity", "expose", "slider", "torsion spring", "torsion damper")
+def guide_on(draw, d, name, port):
+    """A slider on a guide that turns with the ground or with a part that has both ports of an anchor open."""
+    rotations = {p.anchor: p for p in open_ports(d, ph.ROTATION) if p.block is not port.block}
+    shafts = [p for p in open_ports(d, ph.TRANSLATION) if p.anchor in rotations]
+    first = draw(st.sampled_from([d.ground.translation, *shafts]))
+    start = np.zeros(2) if first.block.shared else first.anchor.position
+    direction = (draw(st.floats(0.1, 1.0)), draw(st.floats(-1.0, 1.0)))
+    turns = not any(p.anchor is port.anchor for p in open_ports(d, ph.ROTATION))
+    guide = d.add(ph.Slider(name, direction, turns, guide="first", start=start, end=port.anchor.position))
+    d.connect(guide.first, first)
+    d.connect(guide.first_rotation, rotations.get(first.anchor, d.ground.rotation))
+    d.connect(guide.second, port)
+    if not turns:
+        d.connect(guide.second_rotation, port.anchor.rotation)
+
+
+TRANSLATIONS = ("force", "velocity", "slider", "expose", "guide", "lever", "rack")
+KINDS = (*TRANSLATIONS, "moment", "angular velocity", "torsion spring", "torsion damper")
 
 
 @st.composite

@@ -200,7 +200,7 @@ class Beam(Block):
         choices = []
         for i, anchor in enumerate((self.start, self.end)):
             for port, fixed in zip(anchor.ports, self.ends[i] if self.ends else (None, None), strict=True):
-                choices.append(PortChoice(port, may_give=fixed is not False, may_take=fixed is not True))
+                choices.append(PortChoice(port, fixed is not False, fixed is not True, shares="anchor"))
         cost = 1.0 if self.elements > 1 else None
         ties = [
             Tie(a, b, cost, f"a switch of {a.domain.name} inside beam {self.name!r}")
