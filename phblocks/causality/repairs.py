@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from phblocks.causality.steps import Step, steps_for
+from phblocks.causality.steps import Step, steps_alike, steps_for
 from phblocks.network import Network
 
 if TYPE_CHECKING:
@@ -143,21 +143,28 @@ def _rank(repair: Repair) -> tuple[float | str, ...]:
 
 
 def _completed(report: CausalityReport, step: Step, known: Collection[str]) -> list[Step] | None:
-    """Go on with the first steps that help, of the same kind if there are, until the diagram is causal."""
+    """Go on with steps that help, of the same kind if there are, until the diagram is causal."""
     steps = [step]
-    while True:
-        after = _checked(step.change(report.network))
-        if after.ok:
-            return steps
+    after = _checked(step.change(report.network))
+    while not after.ok:
         if len(after.conflicts) >= len(report.conflicts):
             return None
-        for step in sorted(steps_for(after, known), key=lambda s: s.kind != steps[0].kind):
-            if len(_checked(step.change(after.network)).conflicts) < len(after.conflicts):
-                break
-        else:
-            return None
-        steps.append(step)
         report = after
+        more, after = _more(report, step.kind, known)
+        steps += more
+    return steps
+
+
+def _more(report: CausalityReport, kind: str, known: Collection[str]) -> tuple[list[Step], CausalityReport]:
+    """Mend all other conflicts in the same way at once, or the next one; none if that is not possible."""
+    alike = steps_alike(report, kind, known)
+    if len(alike) > 1 and (after := _checked(_all_of(alike)(report.network))).ok:
+        return alike, after
+    for step in sorted(steps_for(report, known), key=lambda s: s.kind != kind):
+        after = _checked(step.change(report.network))
+        if len(after.conflicts) < len(report.conflicts):
+            return [step], after
+    return [], report
 
 
 def _checked(network: Network) -> CausalityReport:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import cache
-from itertools import combinations
+from itertools import chain, combinations, islice
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 #: Changes tried for one conflict.
 TRIES = 16
+#: Kinds of changes that only add: many can be made at once, one for each conflict.
+ADDITIVE = {"compliance", "mass", "multiplier"}
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ class Step:
         The change in words.
     change : callable
         From a network to one with the change.
+    where : tuple of Port
+        Of the junction that is changed, if it is one.
     index, stiffness, frequency, mass, demands
         As in :class:`Cost`.
     """
@@ -58,6 +62,7 @@ class Step:
     kind: str
     what: str
     change: Callable[[Network], Network]
+    where: tuple[Port, ...] = ()
     index: int = 0
     stiffness: float | None = None
     frequency: float | None = None
@@ -80,19 +85,55 @@ def steps_for(report: CausalityReport, known: Collection[str]) -> list[Step]:
     list of Step
         Changes that give up nothing first.
     """
-    network, forms = report.network, _forms(report)
+    forms = _forms(report)
     for conflict in report.conflicts:
-        steps = [
-            *_alternatives(conflict),
-            *_merges(network, conflict),
-            *_compliances(network, forms, conflict, known),
-            *_masses(network, forms, conflict, known),
-            *_multipliers(network, conflict),
-            *_openings(network, conflict),
-        ][:TRIES]
+        kinds = _kinds(report.network, forms, conflict, known)
+        steps = list(islice(chain.from_iterable(make() for make in kinds.values()), TRIES))
         if steps:
             return steps
     return []
+
+
+def steps_alike(report: CausalityReport, kind: str, known: Collection[str]) -> list[Step]:
+    """List one change of the same kind for each conflict, if they do not get in each other's way.
+
+    Parameters
+    ----------
+    report : CausalityReport
+        Of a diagram that is not causal.
+    kind : str
+        Of the changes.
+    known : collection of str
+        Names of the blocks of the user, which set the scale of what is added.
+
+    Returns
+    -------
+    list of Step
+        None for a kind that replaces blocks.
+    """
+    if kind not in ADDITIVE:
+        return []
+    forms = _forms(report)
+    found: dict[tuple[str, tuple[Port, ...]], Step] = {}
+    for conflict in report.conflicts:
+        step = next(_kinds(report.network, forms, conflict, known)[kind](), None)
+        if step is not None:
+            found.setdefault((step.what, step.where), step)
+    return list(found.values())
+
+
+def _kinds(
+    network: Network, forms: Forms, conflict: Conflict, known: Collection[str]
+) -> dict[str, Callable[[], Iterator[Step]]]:
+    """For each kind of change what makes those for a conflict, when it is asked for."""
+    return {
+        "alternative": lambda: _alternatives(conflict),
+        "merge": lambda: _merges(network, conflict),
+        "compliance": lambda: _compliances(network, forms, conflict, known),
+        "mass": lambda: _masses(network, forms, conflict, known),
+        "multiplier": lambda: _multipliers(network, conflict),
+        "opening": lambda: _openings(network, conflict),
+    }
 
 
 def _forms(report: CausalityReport) -> Forms:
@@ -178,7 +219,7 @@ def _compliances(network: Network, forms: Forms, conflict: Conflict, known: Coll
             for p in (meeting.hub, *meeting.others)
         )
         what = f"put a {kind} of {size} between {names}"
-        yield Step("compliance", what, soften, stiffness=found.value, frequency=found.frequency)
+        yield Step("compliance", what, soften, meeting.joint.ports, stiffness=found.value, frequency=found.frequency)
 
 
 def _masses(network: Network, forms: Forms, conflict: Conflict, known: Collection[str]) -> Iterator[Step]:
@@ -201,7 +242,7 @@ def _masses(network: Network, forms: Forms, conflict: Conflict, known: Collectio
         return hung_on(network, junction.ports, mass, mass.centre.translation)
 
     what = f"put a point mass of {found.value:.3g} kg at [{junction.name}]"
-    yield Step("mass", what, weigh, frequency=found.frequency, mass=found.value)
+    yield Step("mass", what, weigh, junction.ports, frequency=found.frequency, mass=found.value)
 
 
 def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
@@ -219,7 +260,8 @@ def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
             return mounted(network, meeting, make)
 
         names = ", ".join(sorted(set(meeting.names)))
-        yield Step("multiplier", f"hold {names} together by a multiplier (multiplier=True)", hold, index=2)
+        what = f"hold {names} together by a multiplier (multiplier=True)"
+        yield Step("multiplier", what, hold, meeting.joint.ports, index=2)
 
 
 def _openings(network: Network, conflict: Conflict) -> Iterator[Step]:
@@ -229,9 +271,9 @@ def _openings(network: Network, conflict: Conflict) -> Iterator[Step]:
         e = openings[name]
         pair = (e.port.domain.common.name, e.port.domain.summed.name)
         imposed, other = pair if e.gives else pair[::-1]
-        for kind, edit, what in (
-            ("left out", without_opening, f"leave out {name!r}, which imposes {imposed}"),
-            ("turned round", turned_round, f"let {name!r} impose {other} instead of {imposed}"),
+        for edit, what in (
+            (without_opening, f"leave out {name!r}, which imposes {imposed}"),
+            (turned_round, f"let {name!r} impose {other} instead of {imposed}"),
         ):
             if edit(network, name) is not None:
 
@@ -240,7 +282,7 @@ def _openings(network: Network, conflict: Conflict) -> Iterator[Step]:
                 ) -> Network:
                     return edit(network, name) or network
 
-                yield Step(kind, what, change, demands=1)
+                yield Step("opening", what, change, demands=1)
     for junction in conflict.junctions:
         moving = [e for e in junction.exposures if e.gives]
         if moving and any(p.block.shared for p in junction.ports):
@@ -249,4 +291,4 @@ def _openings(network: Network, conflict: Conflict) -> Iterator[Step]:
                 return off_the_ground(network, ports)
 
             held = ", ".join(p.path for p in junction.ports if not p.block.shared)
-            yield Step("release", f"take {held} off the ground: {moving[0].name!r} moves it", release, demands=1)
+            yield Step("opening", f"take {held} off the ground: {moving[0].name!r} moves it", release, demands=1)
