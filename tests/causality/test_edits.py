@@ -137,3 +137,37 @@ def test_a_block_of_the_users_own_may_merge_too():
     d.weld(a.centre, b["p"])
     first = d.check().repairs[0]
     assert first.what == "let the weight swallow it" and set(first.apply(d).network.blocks) == {"ground", "a"}
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_torsion_springs_in_series(turned):
+    """1/k = 1/20 + 1/30; twists of 0.5 and 0.3 rad add, that of a spring the other way round counts against."""
+    d = ph.Diagram()
+    a, b = d.add(ph.TorsionSpring("a", 20.0, twist=0.5)), d.add(ph.TorsionSpring("b", 30.0, twist=0.3))
+    wheel = d.add(ph.RigidBody("wheel", 1.0, 0.1, (0.0, 0.0)))
+    inner, outer = (a.first, a.second) if turned else (a.second, a.first)
+    d.connect(inner, b.first)
+    d.connect(outer, d.ground.rotation)
+    d.connect(b.second, wheel.centre.rotation)
+    repair = d.check().repairs[0]
+    assert repair.what == "make one torsion spring of 'a' and 'b' in series"
+    mended = repair.apply(d)
+    assert mended.network.blocks["a-b"].twist == pytest.approx(-0.2 if turned else 0.8)
+    system = mended.compile()
+    np.testing.assert_allclose(system.modes(1).frequencies, np.sqrt(12.0 / 0.1), rtol=1e-12)
+    # wound up by `twist`, the wheel swings to the other side of where the spring is slack
+    period = 2.0 * np.pi / np.sqrt(120.0)
+    angle = ph.simulate(system, t_end=period / 2, dt=period / 2000).angle(wheel.centre)
+    assert angle[-1] == pytest.approx(0.4 if turned else -1.6, abs=1e-4)
+
+
+def test_torsion_dampers_in_series():
+    d = ph.Diagram()
+    a, b = d.add(ph.TorsionDamper("a", 1.0)), d.add(ph.TorsionDamper("b", 3.0))
+    d.connect(a.first, d.ground.rotation)
+    d.connect(a.second, b.first)
+    d.connect(b.second, d.add(ph.RigidBody("wheel", 1.0, 0.1, (0.0, 0.0))).centre.rotation)
+    whole = d.check().repairs[0].apply(d).network.blocks["a-b"]
+    assert whole.damping == pytest.approx(0.75)
+    d.connect(d.add(ph.TorsionSpring("s", 1.0)).first, d.add(ph.TorsionDamper("t", 1.0)).first)
+    assert merged(d.network, "s", "t") is None
