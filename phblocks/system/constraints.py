@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 from phblocks.errors import ConstraintError
 from phblocks.system.parts import State
 from phblocks.system.scaling import state_scale
-from phblocks.system.undetermined import require_determined
+from phblocks.system.undetermined import made_by, require_determined
 from phblocks.triplets import Floats, Triplets
 
 if TYPE_CHECKING:
@@ -147,8 +147,9 @@ def require_independent(system: System, constraints: Constraints) -> None:
     name = constraints.names[order[rank]]
     weight = solve_triangular(upper[:rank, :rank], upper[:rank, rank])
     others = [constraints.names[order[i]] for i in np.flatnonzero(np.abs(weight) > 1e-6)]
+    block = next(part.name for part in system.parts if name.startswith(f"{part.name}."))
     raise ConstraintError(
-        f"{name} of system {system.name!r}",
+        f"{name}{made_by(system, block)} of system {system.name!r}",
         expected="constraints that do not follow from each other",
         got=f"one that {' and '.join(others)} imply already",
         fix="Take one of these joints away, or let it turn or slide.",

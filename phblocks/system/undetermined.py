@@ -54,9 +54,7 @@ def require_determined(system: System, constraints: Constraints) -> None:
     vectors = np.where(np.abs(vectors) > SMALL * np.abs(vectors).max(), vectors, 0.0) * constraints.scale
     told = [_at_ports(system, vector) for vector in vectors]
     blocks = [part.name for part in system.parts if vectors[:, part.states].any()]
-    report = system.report
-    added = report.network.added if isinstance(report, CausalityReport) else {}
-    calls = [f"{name} ({added[name]})" if added.get(name) else name for name in blocks]
+    calls = [name + made_by(system, name) for name in blocks]
     raise UndeterminedError(
         f"{', '.join(calls)} of system {system.name!r}",
         expected="a storage, a loss or a source that determines what happens at every port",
@@ -66,6 +64,26 @@ def require_determined(system: System, constraints: Constraints) -> None:
             "a circuit needs a Reference, a joint something that moves."
         ),
     )
+
+
+def made_by(system: System, block: str) -> str:
+    """Return the call that added a block, in parentheses.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    block : str
+        Name of the block.
+
+    Returns
+    -------
+    str
+        Such as ``" (add at four_bar.py:12)"``; empty if it is not known.
+    """
+    report = system.report
+    call = report.network.added.get(block) if isinstance(report, CausalityReport) else None
+    return f" ({call})" if call else ""
 
 
 def _at_ports(system: System, vector: Floats) -> str:
