@@ -145,7 +145,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         inputs=tuple(layout.inputs),
         E=matrix(f.E.shifted(i, i) for _, f, i in forms).csr((n, n)),
         J0=Triplets.join([matrix(f.J0.shifted(i, i) for _, f, i in forms), fixed]).csr((n, n)),
-        R=matrix(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
+        R0=matrix(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
         T=sharing.reduced(Triplets.join((f.T.shifted(i, i, i) for _, f, i in forms), order=3), (0, 1, 2)).coo(
             (n, n, n)
         ),

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from phblocks.blocks.hold import Hold
+from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.ports import Anchor, Place
@@ -207,6 +208,8 @@ class Form:
     storage : Storage or None
         The states whose energy is not quadratic, if there are any; E, J0, R, T and the outputs of ports do not act on
         its energy variables, and E not on its co-energy variables.
+    modulation : Modulation or None
+        Parts of J and R that depend on the energy variables of the storage, beside J0, T and R.
     """
 
     size: int
@@ -225,6 +228,7 @@ class Form:
     kinematics: Triplets = field(default_factory=Triplets.empty)
     holds: Sequence[Hold] = ()
     storage: Storage | None = None
+    modulation: Modulation | None = None
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: What is smaller than this, relative to the largest, counts as zero in a rank.
 RANK = 1e-10
+#: Iterations of Newton's method when a start is projected whose energy is not quadratic.
+MOST_PROJECTIONS = 50
 #: A start that violates the constraints by less than this, relative, is left as it is.
 CONSISTENT = 1e-13
 
@@ -72,7 +74,7 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
     n, scale = system.n, state_scale(system)
     free = np.flatnonzero(system.algebraic & ~system.coenergy)
     units = sp.diags_array(scale)
-    A = sp.csr_array(units @ (system.J(at.x, at.theta) - system.R) @ units)
+    A = sp.csr_array(units @ (system.J(at.x, at.theta) - system.R_at(at.x)) @ units)
     among = sp.csr_array(A[free][:, free])
     among.eliminate_zeros()
     count, label = connected_components(among, directed=False)
@@ -159,6 +161,9 @@ def require_independent(system: System, constraints: Constraints) -> None:
 def consistent_start(system: System, state: State, u: Floats) -> tuple[State, float]:
     """Project a start on the constraints in the energy norm: the least ``|x - x0|_E`` that satisfies them.
 
+    Energy variables whose energy is not quadratic change as by impulses of the joints: ``x0 - N^T p`` with the p for
+    which the constraints N on ``grad H`` hold.
+
     Parameters
     ----------
     system : System
@@ -178,7 +183,7 @@ def consistent_start(system: System, state: State, u: Floats) -> tuple[State, fl
     Raises
     ------
     ConstraintError
-        If the start violates a constraint on states whose energy is not quadratic.
+        If the start violates a constraint on states whose energy is not quadratic, and no impulses help.
     """
     found = find_constraints(system, state)
     if not found.names:
@@ -190,19 +195,63 @@ def consistent_start(system: System, state: State, u: Floats) -> tuple[State, fl
     defect = found.rows @ scaled + outside
     if np.abs(defect).max() <= CONSISTENT * (np.linalg.norm(scaled) + np.abs(outside).max()):
         return state, 0.0
-    gradients = abs(found.rows) @ system.coenergy.astype(float)
-    if (gradients > RANK).any():
+    reach, before = _impulses(system, found), system.settled(state.x)
+    if (abs(found.rows) @ system.coenergy.astype(float) > RANK).any():
+        new = _settled_on(system, found, before, outside, reach)
+    else:
+        new = before + reach @ _multipliers(found.rows @ (reach / found.scale[:, None]), defect)
+    return State(new, state.theta, state.points), system.energy(new) - system.energy(state.x)
+
+
+def _impulses(system: System, constraints: Constraints) -> Floats:
+    """What a unit of each multiplier does to the states in no time, shape (n, constraints)."""
+    reach, used = np.zeros((system.n, len(constraints.names))), np.flatnonzero(system.carries_energy)
+    units = sp.diags_array(constraints.scale[used])
+    if used.size:
+        factor = splu(sp.csc_array(units @ system.E[used][:, used] @ units))
+        reach[used] = -(units @ factor.solve(constraints.rows[:, used].T.toarray()))
+    for s in system.storages:
+        reach[s.energy] = -(constraints.rows[:, s.coenergy].toarray() / constraints.scale[s.coenergy]).T
+    return reach
+
+
+def _multipliers(response: Floats, defect: Floats) -> Floats:
+    """What takes a defect away, where the response to the multipliers is linear."""
+    return np.asarray(np.linalg.lstsq(response, -defect, rcond=RANK)[0])
+
+
+def _settled_on(system: System, constraints: Constraints, start: Floats, outside: Floats, reach: Floats) -> Floats:
+    """Project with energies that are not quadratic: Newton's method for the multipliers, damped where need be.
+
+    The states change as by impulses of the joints, which takes the least energy that impulses lead to: where the
+    energy is quadratic, that is the least change in the energy norm.
+    """
+    rows, total, x = constraints.rows, np.zeros(len(constraints.names)), start
+    defect = rows @ (x / constraints.scale) + outside
+    for _ in range(MOST_PROJECTIONS):
+        change = reach.copy()
+        for s in system.storages:
+            change[s.coenergy] = s.hessian(x[s.energy]) @ reach[s.energy]
+        step, factor = _multipliers(rows @ (change / constraints.scale[:, None]), defect), 1.0
+        while factor > 1e-6:
+            new = system.settled(start + reach @ (total + factor * step))
+            left = rows @ (new / constraints.scale) + outside
+            if np.linalg.norm(left) < np.linalg.norm(defect):
+                break
+            factor /= 2.0
+        else:
+            break
+        total, x, defect = total + factor * step, new, left
+    after = State(x, system.start.theta, system.start.points)
+    size = (abs(rows) @ np.abs(x / constraints.scale)).max() + np.abs(outside).max()
+    # a G that depends on the state changes the constraints on the way
+    moved = abs(find_constraints(system, after).rows - rows).max() if system.modulations else 0.0
+    if not (np.abs(defect).max() <= 1e3 * CONSISTENT * size and moved <= RANK):
+        name = constraints.names[int(np.abs(defect).argmax())]
         raise ConstraintError(
             f"start of system {system.name!r}",
-            expected="a start that satisfies the constraints",
-            got=f"one that violates {found.names[int(gradients.argmax())]}, which a custom block takes part in",
-            fix="Give a start that does: only quadratic energies can be projected.",
+            expected="a start that satisfies the constraints, or from where impulses of the joints lead to one",
+            got=f"one that violates {name}, where a custom block takes part, and no impulses found",
+            fix="Give a start that satisfies it.",
         )
-    used = np.flatnonzero(carries)
-    units = sp.diags_array(found.scale[used])
-    factor = splu(sp.csc_array(units @ system.E[used][:, used] @ units))
-    columns = factor.solve(found.rows[:, used].T.toarray())
-    multiplier = np.linalg.lstsq(found.rows[:, used] @ columns, defect, rcond=RANK)[0]
-    new = state.x.copy()
-    new[used] -= found.scale[used] * (columns @ multiplier)
-    return State(new, state.theta, state.points), system.energy(new) - system.energy(state.x)
+    return x

@@ -27,15 +27,17 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY
+from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
-from phblocks.errors import ExportError, UnknownNameError
-from phblocks.export import write
+from phblocks.errors import UnknownNameError
+from phblocks.export import Matrices, write
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
 from phblocks.system.constraints import find_constraints
 from phblocks.system.linearization import Linearization, energy_variables, linearize, small_motions
 from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
+from phblocks.system.modulated import modulated, require_quadratic
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
 from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
@@ -58,8 +60,9 @@ class System:
         The blocks.
     inputs : tuple of Input
         The exposed ports, one entry for each component.
-    E, J0, R : scipy.sparse.csr_array
-        Shape (n, n): symmetric positive, skew, symmetric semidefinite. J0 includes the joints that do not turn.
+    E, J0, R0 : scipy.sparse.csr_array
+        Shape (n, n): symmetric positive, skew, symmetric semidefinite; the constant parts. J0 includes the joints that
+        do not turn.
     T : scipy.sparse.coo_array
         Shape (n, n, n), skew in the first two axes: ``J(x) = J0 + sum_k T[:, :, k] x[k]``.
     G0 : scipy.sparse.csr_array
@@ -109,7 +112,7 @@ class System:
     inputs: tuple[Input, ...]
     E: sp.csr_array
     J0: sp.csr_array
-    R: sp.csr_array
+    R0: sp.csr_array
     T: sp.coo_array
     G0: sp.csr_array
     angles: Angles
@@ -171,7 +174,14 @@ class System:
 
     @cached_property
     def Q(self) -> sp.csr_array:
-        """The identity: states are co-energy variables."""
+        """The identity: states are co-energy variables.
+
+        Raises
+        ------
+        StructureError
+            If the energy is not quadratic: E and Q do not make it then.
+        """
+        require_quadratic(self, "Q")
         return sp.csr_array(sp.eye_array(self.n))
 
     @cached_property
@@ -194,6 +204,21 @@ class System:
             for p in self.parts
             if p.form.storage is not None
         )
+
+    @cached_property
+    def modulations(self) -> tuple[Modulation, ...]:
+        """Parts of J and R that depend on energy variables, with indices among the states of the system."""
+        place = self.sharing.state_of
+        return tuple(
+            p.form.modulation.shifted(int(place(np.array(p.states.start))))
+            for p in self.parts
+            if p.form.modulation is not None
+        )
+
+    @cached_property
+    def R(self) -> sp.csr_array:
+        """R in the initial configuration, shape (n, n); elsewhere see :meth:`R_at`."""
+        return self.R_at(self.start.x)
 
     @property
     def quadratic(self) -> bool:
@@ -362,7 +387,8 @@ class System:
         Parameters
         ----------
         x : numpy.ndarray, optional
-            Energy states, shape (n,); zero by default.
+            Energy states, shape (n,); zero by default, but those of the start for matrices that are functions of
+            the user's.
         theta : numpy.ndarray, optional
             Rotation states, shape (n_theta,); the initial configuration by default.
 
@@ -372,12 +398,33 @@ class System:
             J(x, theta), shape (n, n), skew.
         """
         theta = self.start.theta if theta is None else theta
-        phi = self.features(theta, self.start.x if x is None else x)
+        at = self.start.x if x is None else x
+        phi = self.features(theta, at)
         joints = self.K.contracted(phi).csr(self.J0.shape)
         products = (
             sp.csr_array(self.J0.shape) if x is None else Triplets.from_coo(self.T).contracted(x).csr(self.J0.shape)
         )
-        return sp.csr_array(self.J0 + products + joints)
+        own = (
+            modulated(self, at, lambda m, x: m.interconnection(x)) if self.modulations else sp.csr_array(self.J0.shape)
+        )
+        return sp.csr_array(self.J0 + products + joints + own)
+
+    def R_at(self, x: Floats) -> sp.csr_array:
+        """Evaluate the dissipation matrix.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Energy states, shape (n,).
+
+        Returns
+        -------
+        scipy.sparse.csr_array
+            R(x), shape (n, n), symmetric and positive semidefinite; constant unless a block brings functions.
+        """
+        return (
+            sp.csr_array(self.R0 + modulated(self, x, lambda m, x: m.dissipation(x))) if self.modulations else self.R0
+        )
 
     def G(self, theta: Floats | None = None, x: Floats | None = None) -> sp.csr_array:
         """Evaluate the input matrix.
@@ -434,7 +481,7 @@ class System:
         u = np.zeros(self.n_inputs) if u is None else u
         theta = self.start.theta if theta is None else theta
         moving = self.kinematics.contracted(self.features(theta, x)).csr(self.J0.shape)
-        result = (self.J(x, theta) - self.R + moving) @ x + self.gravity_force(theta)
+        result = (self.J(x, theta) - self.R_at(x) + moving) @ x + self.gravity_force(theta)
         for s in self.storages:
             result[s.energy] -= s.gradient(x[s.energy])
         return np.asarray(result + (self.G(theta, x) + self.kinematics_u) @ u)
@@ -544,6 +591,35 @@ class System:
         """
         return rigid_motion(self, velocity, spin, about, blocks)
 
+    def matrices(self, state: State | None = None, u: Floats | None = None) -> Matrices:
+        """Evaluate E, J, R, Q, G and the tangent A, B, C, D at a state, with all names and units.
+
+        An energy that is not quadratic is taken to second order at the state: its co-energy variables leave, Q has its
+        Hessian, and its energy variables are shifted so that ``Q x`` is its gradient there. J, R and G are those at
+        the state; the tangent has their derivatives too.
+
+        Parameters
+        ----------
+        state : State, optional
+            The initial configuration at rest by default.
+        u : numpy.ndarray, optional
+            Inputs there, shape (n_inputs,); zero by default.
+
+        Returns
+        -------
+        Matrices
+            What :meth:`export` writes.
+
+        Raises
+        ------
+        DataError
+            If the state or the input does not fit.
+        StructureError
+            If an energy that is not quadratic has no positive semidefinite Hessian at the state.
+        """
+        state = None if state is None else require_state(self, state, "matrices state")
+        return matrices_at(self, state, None if u is None else require_input(self, u, "matrices u"))
+
     def export(
         self, path: str | os.PathLike[str], state: State | None = None, u: Floats | None = None
     ) -> tuple[Path, ...]:
@@ -566,19 +642,13 @@ class System:
         Raises
         ------
         ExportError
-            If the suffix is unknown, the file cannot be written, or the energy is not quadratic.
+            If the suffix is unknown, or the file cannot be written.
         DataError
             If the state or the input does not fit.
+        StructureError
+            If an energy that is not quadratic has no positive semidefinite Hessian at the state.
         """
-        if not self.quadratic:
-            raise ExportError(
-                f"system {self.name!r}",
-                expected="an energy that is quadratic in the states, E and Q",
-                got="a block with another one",
-                fix="Export the matrices of linearize().",
-            )
-        state = None if state is None else require_state(self, state, "export state")
-        return write(matrices_at(self, state, None if u is None else require_input(self, u, "export u")), path)
+        return write(self.matrices(state, u), path)
 
     def energy(self, x: Floats) -> float:
         """Evaluate the stored energy, without the potential of gravity.
