@@ -284,7 +284,7 @@ class Diagram:
             Of input and output, without dots; components get ".x", ".y".
         imposes : str, optional
             What the outside imposes, by name, such as "force" or "velocity"; by default the summed quantity
-            (force, moment), unless the port can only take the common one (velocity).
+            (force, moment), unless the port, and all it is joined to by now, can only take the common one (velocity).
 
         Raises
         ------
@@ -326,8 +326,10 @@ class Diagram:
                 fix="Name one of the two quantities of the port.",
             )
         if imposes is None:
-            choices, _ = port.block.choices()
-            gives = not next(c.may_give for c in choices if c.port is port)
+            # where nobody at the junction can give, the outside does
+            at = self.network.junction_of.get(port)
+            ports = (port,) if at is None else at.ports
+            gives = not any(c.may_give for p in ports for c in p.block.choices()[0] if c.port is p)
         else:
             gives = imposes == common
         self.network.exposed.append(Exposure(name, port, gives, made_by=f"expose at {call_site()}"))

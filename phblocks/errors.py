@@ -134,6 +134,12 @@ class ConstraintError(PhblocksError, ValueError):
     code = "PH302"
 
 
+class UndeterminedError(ConstraintError):
+    """Nothing determines what happens at some ports: a ring without loss or storage, a circuit without reference."""
+
+    code = "PH307"
+
+
 class StructureError(PhblocksError, ValueError):
     """Matrices violate the port-Hamiltonian structure (skewness, symmetry, definiteness)."""
 

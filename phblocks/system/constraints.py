@@ -19,6 +19,7 @@ from scipy.sparse.linalg import splu
 from phblocks.errors import ConstraintError
 from phblocks.system.parts import State
 from phblocks.system.scaling import state_scale
+from phblocks.system.undetermined import made_by, require_determined
 from phblocks.triplets import Floats, Triplets
 
 if TYPE_CHECKING:
@@ -77,6 +78,7 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
     among = sp.csr_array(A[free][:, free])
     among.eliminate_zeros()
     count, label = connected_components(among, directed=False)
+    coupled = sp.csr_array((A @ sp.diags_array((system.carries_energy | system.coenergy).astype(float)))[free])
     left: list[Triplets] = []
     names: list[str] = []
     members: list[list[int]] = [[] for _ in range(count)]
@@ -89,19 +91,34 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
         else:
             # each column of u beyond the rank combines the rows to zero
             u, size, _ = np.linalg.svd(block)
-            null = u[:, int((size > RANK * size[0]).sum()) :]
+            null = _sorted(u[:, int((size > RANK * size[0]).sum()) :], coupled[group])
         for vector in null.T:
             left.append(Triplets.of(len(left), free[group], values=vector))
             names.append(system.state_names[free[group[int(np.abs(vector).argmax())]]])
     combine = Triplets.join(left).csr((len(left), n))
     rows = sp.csr_array(combine @ A @ sp.diags_array((system.carries_energy | system.coenergy).astype(float)))
     length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
-    unit = sp.diags_array(1.0 / np.where(length > RANK, length, 1.0))
+    length[length <= RANK] = 0.0
+    rows = sp.csr_array(sp.diags_array((length > 0.0).astype(float)) @ rows)
+    unit = sp.diags_array(1.0 / np.where(length > 0.0, length, 1.0))
     return Constraints(tuple(names), sp.csr_array(unit @ rows), sp.csr_array(unit @ combine @ units), scale)
 
 
+def _sorted(null: Floats, coupled: sp.csr_array) -> Floats:
+    """Turn vectors so that those that combine to nothing stand by themselves, if there are any."""
+    used = np.unique(coupled.indices)
+    rows = null.T @ coupled[:, used].toarray()
+    if null.shape[1] < 2 or not used.size:
+        return null
+    turn, size, _ = np.linalg.svd(rows)
+    return null if (size > RANK).sum() == null.shape[1] else np.asarray(null @ turn)
+
+
 def require_independent(system: System, constraints: Constraints) -> None:
-    """Check that no constraint follows from the others.
+    """Check that no constraint follows from the others, and that none holds nothing.
+
+    This is the rank at one state, the initial one. Joints that become redundant only away from there (a parallelogram
+    that folds flat, a slider and a bar in line) cannot be seen here.
 
     Parameters
     ----------
@@ -113,33 +130,31 @@ def require_independent(system: System, constraints: Constraints) -> None:
     Raises
     ------
     ConstraintError
-        Naming a constraint that is redundant and those it follows from, or one that holds nothing.
+        Naming a constraint that is redundant and those it follows from.
+    UndeterminedError
+        Where a constraint holds nothing: what it would hold is not determined.
     """
     if not constraints.names:
         return
+    require_determined(system, constraints)
     from scipy.linalg import qr, solve_triangular
 
     used = np.unique(constraints.rows.indices)
     matrix = constraints.rows[:, used].toarray().T
-    if not used.size:
-        matrix = np.zeros((1, len(constraints.names)))
     upper, order = qr(matrix, mode="r", pivoting=True)
     diagonal = np.abs(np.diag(upper))
     rank = int((diagonal > RANK).sum())
     if rank == len(constraints.names):
         return
     name = constraints.names[order[rank]]
-    weight = solve_triangular(upper[:rank, :rank], upper[:rank, rank]) if rank else np.empty(0)
+    weight = solve_triangular(upper[:rank, :rank], upper[:rank, rank])
     others = [constraints.names[order[i]] for i in np.flatnonzero(np.abs(weight) > 1e-6)]
+    block = next(part.name for part in system.parts if name.startswith(f"{part.name}."))
     raise ConstraintError(
-        f"{name} of system {system.name!r}",
+        f"{name}{made_by(system, block)} of system {system.name!r}",
         expected="constraints that do not follow from each other",
-        got=f"one that {' and '.join(others)} imply already" if others else "one that holds nothing with energy",
-        fix=(
-            "Take one of these joints away, or let it turn or slide."
-            if others
-            else "Join the part it belongs to: a circuit needs a Reference, a joint something that moves."
-        ),
+        got=f"one that {' and '.join(others)} imply already",
+        fix="Take one of these joints away, or let it turn or slide.",
     )
 
 

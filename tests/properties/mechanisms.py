@@ -115,9 +115,8 @@ def add_joint(sketch, first, second):
         joint = sketch.add(ph.Bushing, stiffness, damping, angle=sketch.rng.uniform(-3.0, 3.0))
         ports = [anchor.ports for anchor in (joint.first, joint.second)]
     elif kind in ("guide", "slot"):  # a slider on a guide that turns with the first side
-        place = next(
-            p.anchor.position for p in first[0].ports if p.anchor is not None and p.anchor.position is not None
-        )
+        anchors = [p.anchor for p in first[0].ports if p.anchor is not None]
+        place = next(a.position for a in anchors if a.position is not None)
         turns = kind == "slot"
         joint = sketch.add(
             ph.Slider, tuple(sketch.rng.normal(size=2)), turns=turns, guide="first", start=place, end=place
