@@ -189,10 +189,15 @@ def mounted(network: Network, meeting: Meeting, make: Callable[[str], Block]) ->
     Returns
     -------
     Network
-        A new one, with such a block for each part but the hub.
+        A new one, with such a block for each part but the hub. Ports that take stay with the hub, or, if that is the
+        ground or the outside, with the first of the other parts: what acts on that part goes through its joint.
     """
     junctions = [j for j in (meeting.joint, meeting.weld) if j is not None]
     sites = {j.ports: j for j in junctions}
+    gone = {q for p in meeting.others for q in meeting.ports_of(p)}
+    moves = isinstance(meeting.hub, Port) and not meeting.hub.block.shared
+    kept = {*gone, *(meeting.ports_of(meeting.hub) if isinstance(meeting.hub, Port) else ())}
+    takers = {j: [p for p in j.ports if p not in kept] for j in junctions}
     result = _rejoined(network, [j for j in network.joined if j.ports not in sites])
     at_hub: dict[Junction, list[Port]] = {j: [] for j in junctions}
     for junction, port in zip(junctions, meeting.ports_of(meeting.hub), strict=False):
@@ -208,14 +213,14 @@ def mounted(network: Network, meeting: Meeting, make: Callable[[str], Block]) ->
             first, second = (p for p in free if p.domain == junction.domain)
             del free[first], free[second]
             at_hub[junction].append(first)
-            result.join(Junction((port, second), junction.made_by))
+            hanging = takers[junction] if not moves and other is meeting.others[0] else ()
+            result.join(Junction((port, second, *hanging), junction.made_by))
         if free:
             result.join(Junction((_still(network), *free), meeting.joint.made_by))
-    gone = {q for p in meeting.others for q in meeting.ports_of(p)}
     for junction, hung in at_hub.items():
-        takers = [p for p in junction.ports if p not in gone and p not in hung]
-        if len(hung) + len(takers) > 1:
-            result.join(Junction((*hung, *takers), junction.made_by))
+        at = [*hung, *(takers[junction] if moves else ())]
+        if len(at) > 1:
+            result.join(Junction(tuple(at), junction.made_by))
     result.exposed = [
         replace(e, port=at_hub[meeting.joint][0]) if e == meeting.hub and e.port in gone else e for e in result.exposed
     ]
@@ -296,9 +301,11 @@ def off_the_ground(network: Network, ports: Collection[Port]) -> Network:
     Returns
     -------
     Network
-        A new one, where the other ports are still joined to each other.
+        A new one, where the other ports are still joined to each other; the same if the junction is not there.
     """
-    junction = next(j for j in network.joined if set(j.ports) == set(ports))
+    junction = _junction(network, ports)
+    if junction is None:
+        return network
     left = tuple(p for p in junction.ports if not p.block.shared)
     result = _rejoined(network, [other for other in network.joined if other is not junction])
     if len(left) > 1:
@@ -323,13 +330,21 @@ def hung_on(network: Network, ports: Collection[Port], block: Block, port: Port)
     Returns
     -------
     Network
-        A new one.
+        A new one; the same if the junction is not there.
     """
-    junction = next(j for j in network.joined if set(j.ports) == set(ports))
+    junction = _junction(network, ports)
+    if junction is None:
+        return network
     more = Junction((*junction.ports, port), junction.made_by)
     result = _rejoined(network, [more if other is junction else other for other in network.joined])
     result.blocks[block.name], result.added[block.name] = block, junction.made_by
     return result
+
+
+def _junction(network: Network, ports: Collection[Port]) -> Junction | None:
+    """The junction of ports of these names: another change may have put other blocks in the place of theirs."""
+    paths = {p.path for p in ports}
+    return next((j for j in network.joined if {p.path for p in j.ports} == paths), None)
 
 
 def _only_gives(port: Port) -> bool:

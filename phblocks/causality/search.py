@@ -1,8 +1,8 @@
 """A good choice where there are too many ports for a proof: team by team at one junction after the other.
 
 Once it is chosen which team gives at every junction, the rest follows: a port gives if its team does and its mate at
-the other end of its block gives too; a junction at which there is no such port takes one switch. What is searched is the
-choice of teams, by changing one at a time as long as that helps.
+the other end of its block gives too; a junction at which there is no such port takes one switch. What is searched is
+the choice of teams, by changing one at a time as long as that helps.
 """
 
 from __future__ import annotations
@@ -86,12 +86,8 @@ class TeamSearch:
         gives : dict of int to bool
             For each port.
         """
-        around = {
-            j: sorted(
-                {j, *(self._junction[m] for k in teams for p in teams[k] if (m := self._mate.get(p)) in self._key)}
-            )
-            for j, teams in self._teams.items()
-        }
+        mates = {j: [self._mate.get(p) for k in teams for p in teams[k]] for j, teams in self._teams.items()}
+        around = {j: sorted({j, *(self._junction[m] for m in of_j if m in self._key)}) for j, of_j in mates.items()}
         for _ in range(ROUNDS):
             changed = False
             for j, teams in self._teams.items():

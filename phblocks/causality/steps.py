@@ -185,8 +185,10 @@ def _meetings(network: Network, conflict: Conflict) -> Iterator[tuple[Meeting, C
         ports = junction.ports
         if places & {p for p in ports if not p.block.shared} and (meeting := Meeting.of(network, ports)) is not None:
 
-            def again(network: Network, ports: tuple[Port, ...] = ports) -> Meeting | None:
-                return Meeting.of(network, ports)
+            def again(network: Network, paths: frozenset[str] = frozenset(p.path for p in ports)) -> Meeting | None:
+                # by name: a step before may have put other blocks in the place of these
+                here = (j.ports for j in network.junctions() if {p.path for p in j.ports} == paths)
+                return next((m for ports in here if (m := Meeting.of(network, ports)) is not None), None)
 
             yield meeting, again
 
