@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import phblocks as ph
 from phblocks.blocks.block import Block
 from tests.properties import planar
+from tests.properties.exchange import assert_ports_exchange_what_matrices_say
 from tests.properties.properties import (
     STEPS,
     assert_balanced,
@@ -44,6 +45,7 @@ def check(diagram, seed, counter, folder):
         check_refused(diagram, error, seed)
         return
     assert_structure(system, seed)
+    assert_ports_exchange_what_matrices_say(system, diagram.network, seed)
     assert_order_does_not_matter(diagram, system, seed)
     dt = 10.0 ** np.random.default_rng(seed).uniform(-4.5, -2.0)
     inputs = inputs_of(diagram, seed)
