@@ -43,7 +43,7 @@ class CustomBlock(Typed):
 
     Each matrix is an array or a function of x. Functions are verified at the start and at states near it, and in
     ``simulate`` at the midpoint of every step: a J(x) that is not skew or an R(x) that is not positive semidefinite
-    there raises ``StructureError``.
+    there ends the run with a status that says so.
 
     Parameters
     ----------
