@@ -1,5 +1,7 @@
 """What is suggested to be put in: its frequency is that of the repaired diagram, its size a decade above the rest."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -67,6 +69,10 @@ def test_three_at_one_pin():
     assert frequencies.size == 4
     assert frequencies[0] == pytest.approx(1000.0, rel=1e-2)
     assert frequencies[-1] == pytest.approx(repair.cost.frequency, rel=1e-10)
+    assert repair.what.startswith("put 2 bushings of ") and repair.what.endswith(
+        "one between a.p and each of b.p, m.centre"
+    )
+    assert len([b for b in system.report.network.blocks.values() if isinstance(b, ph.Bushing)]) == 2
 
 
 def test_a_body_that_may_move_and_not_turn():
@@ -119,6 +125,17 @@ def test_later_joints_do_not_climb_on_earlier_ones():
     repair, system = added(d)
     assert repair.what.count("put a bushing of 5e+05 N/m") == 2
     assert repair.cost.frequency < system.modes(9).frequencies[-1] < np.sqrt(2.0) * repair.cost.frequency
+
+
+def test_of_many_joints_three_are_told():
+    d = ph.Diagram()
+    bodies = [d.add(body(f"b{x}", x, 1.0, 0.1, l=(x - 0.5, 0.0), r=(x + 0.5, 0.0))) for x in range(31)]
+    for left, right in itertools.pairwise(bodies):
+        d.pin(left["r"], right["l"])
+    repair, system = added(d)
+    assert repair.what.endswith(" ... and 27 more of the kind") and len(repair.what) < 250
+    assert len([b for b in system.report.network.blocks.values() if isinstance(b, ph.Bushing)]) == 30
+    assert all(len(r.what) < 250 for r in d.check().repairs)
 
 
 def test_a_velocity_imposed_on_a_body_may_pull_on_a_bushing():
