@@ -141,10 +141,15 @@ def _forms(report: CausalityReport) -> Forms:
     """From a block to its form, made when it is first asked for."""
 
     @cache
-    def form(block: Block) -> Form:
+    def meshed(block: Block) -> Form:
         return block.form(report.gives(block.name))
 
-    return form
+    @cache
+    def coarsest(block: Block) -> Form:
+        coarse = block.coarsest
+        return meshed(block) if coarse is block else coarse.form(report.gives(block.name))
+
+    return Forms(meshed, coarsest)
 
 
 def _alternatives(conflict: Conflict) -> Iterator[Step]:
