@@ -215,8 +215,23 @@ def suggest_stiffness(network: Network, forms: Forms, meeting: Meeting, known: C
     blocks = {port.block for ports in (still, *sides) for port in ports if not port.block.shared}
     target = DECADE * (fastest_beside(network, forms, blocks, known) or SCALE)
     stiffness = _rounded(target**2 / values[0])
-    top = np.linalg.eigvalsh(root[:, None] * _compliance(network, forms.meshed, still, sides) * root)[-1]
-    return Suggestion(stiffness, float(np.sqrt(stiffness * top)), weights)
+    tops, directions = np.linalg.eigh(root[:, None] * _compliance(network, forms.meshed, still, sides) * root)
+    impulses = np.split(root * directions[:, -1], len(sides))
+    moved = [(still, -np.sum(impulses, axis=0))] if still else []
+    moved += zip(sides, impulses, strict=True)
+    # of the energy of this motion, what goes into the spring at first and what into the parts themselves
+    inside = sum(_passed(network, forms.meshed(ports[0].block), ports, impulse) for ports, impulse in moved)
+    return Suggestion(stiffness, float(np.sqrt(stiffness * tops[-1] + inside / tops[-1])), weights)
+
+
+def _passed(network: Network, form: Form, ports: Sequence[Port], impulse: Floats) -> float:
+    """What a block moved at once by impulses on its ports passes on inside, squared in the norm of energy."""
+    output, E, stores = _stored(network, form, ports)
+    if not stores.size:
+        return 0.0
+    factor = splu(E)
+    passed = form.J0.csr((form.size, form.size))[stores][:, stores] @ factor.solve(output.T @ impulse)
+    return float(passed @ factor.solve(passed))
 
 
 def _compliance(

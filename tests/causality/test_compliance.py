@@ -128,7 +128,7 @@ def test_a_refined_beam_keeps_its_joint(verb):
         d.pin(beam.end, tip.centre)
         repair, system = added(d)
         frequencies = system.modes(500).frequencies
-        assert frequencies[-1] == pytest.approx(repair.cost.frequency, rel=0.1)
+        assert 0.95 * frequencies[-1] < repair.cost.frequency < frequencies[-1]
         stiffness.add(repair.what)
         lowest.append(frequencies[frequencies > 1.0][0])
     assert len(stiffness) == 1
