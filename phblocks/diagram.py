@@ -122,8 +122,7 @@ class Diagram:
                 fix="Make a block first; it has a name of its own.",
             )
         self._require_new([block.name], [e.name for e in block.exposures()])
-        self.network.blocks[block.name] = block
-        self.network.added[block.name] = f"add at {call_site()}"
+        self._put("add", block)
         return block
 
     def pin(self, *anchors: Anchor, multiplier: bool = False) -> None:
@@ -435,6 +434,10 @@ class Diagram:
                     fix=f"Choose another name than {', '.join(used)}.",
                 )
 
+    def _put(self, verb: str, block: Block) -> None:
+        self.network.blocks[block.name] = block
+        self.network.added[block.name] = f"{verb} at {call_site()}"
+
     def _hold(self, verb: str, anchors: Sequence[Anchor], turns: bool) -> None:
         """Join anchors by blocks with multipliers: a hub, and one joint to each of the others."""
         if len(anchors) < 2:
@@ -448,7 +451,8 @@ class Diagram:
             while name in self.network.blocks:
                 count += 1
                 name = f"{wanted} {count}"
-            joints.append(self.add(RigidJoint(name, turns)))
+            joints.append(RigidJoint(name, turns))
+            self._put(verb, joints[-1])
         self._join(verb, [hub.translation, *(joint.first for joint in joints)])
         for other, joint in zip(others, joints, strict=True):
             self._join(verb, [other.translation, joint.second])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
-from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.errors import ArgumentTypeError, DataError, StructureError
 from phblocks.inputs import Drive, NotFinite
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
@@ -47,7 +47,8 @@ def simulate(
     of energy is in ``solution.statistics.start_energy_change``.
 
     A step that fails is repeated with half its length, and the halvings are counted; it is never accepted as it
-    is. If halving does not help, the run ends with a status that says so and with the results so far.
+    is. If halving does not help, the run ends with a status that says so and with the results so far. So it does in
+    front of a step in which a J(x) of the user's is not skew, or an R(x) not positive semidefinite.
 
     Parameters
     ----------
@@ -87,8 +88,6 @@ def simulate(
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError
         If the method does not keep the energy of the system.
-    StructureError
-        If a J(x) or R(x) of the user's is not skew, or not positive semidefinite, at a step.
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")
@@ -186,23 +185,28 @@ class _Run:
             step = self.stepper.step(self.x, self.theta, h, u)
             if step is None:
                 if parts >= 2**self.max_halvings:
-                    self.status = Status.step_failed(t, h)
+                    self.status = Status.step_failed(t, h, self.stepper.stage.why)
                     recorder.save_last(t)
                     return False
                 done, parts = 2 * done, 2 * parts
                 self.halvings += 1
                 continue
             done += 1
-            self._accept(step, recorder, t1 if save and done == parts else None)
+            try:
+                recorder.add(step, t1 if save and done == parts else None)
+            except StructureError as error:
+                self.status = Status.structure_lost(t, error)
+                recorder.save_last(t)
+                return False
+            self._accept(step)
             while parts > 1 and done % 2 == 0 and done < parts:
                 done, parts = done // 2, parts // 2  # what is left is tried in longer steps again
         return True
 
-    def _accept(self, step: Step, recorder: Recorder, save_at: float | None) -> None:
+    def _accept(self, step: Step) -> None:
         self.x, self.theta = step.x, step.theta
         self.steps += 1
         self.iterations.append(step.iterations)
-        recorder.add(step, save_at)
 
 
 def _require_time(name: str, value: object, least: float) -> None:

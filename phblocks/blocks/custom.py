@@ -43,7 +43,7 @@ class CustomBlock(Typed):
 
     Each matrix is an array or a function of x. Functions are verified at the start and at states near it, and in
     ``simulate`` at the midpoint of every step: a J(x) that is not skew or an R(x) that is not positive semidefinite
-    there raises ``StructureError``.
+    there ends the run with a status that says so.
 
     Parameters
     ----------
@@ -222,10 +222,9 @@ class CustomBlock(Typed):
         for letter, matrix in self.matrices.items():
             for at in [] if matrix.constant else near:
                 scale = typical(at, self._size)
-                slope, found = matrix.slope(at) * scale, matrix.differences(at) * scale
-                size = np.abs(slope).max(initial=0.0) + np.abs(found).max(initial=0.0)
-                defect, noise = np.abs(slope - found).max(initial=0.0), 1e-9 * np.abs(matrix(at)).max(initial=0.0)
-                if np.isfinite(found).all() and not defect <= DERIVATIVE * size + noise:
+                noise = 1e-9 * float(np.abs(matrix(at)).max(initial=0.0))
+                defect = _derivative_defect(matrix.slope(at) * scale, matrix.differences(at) * scale, noise)
+                if defect is not None:
                     raise StructureError(
                         f"{self._where} derivative of {letter}",
                         expected=f"the derivative of {letter}(x)",
@@ -262,10 +261,9 @@ class CustomBlock(Typed):
                 ("hessian", lambda x, scale=scale: self.gradient(x) * scale, self.hessian(at) * scale[:, None]),
             ):
                 ends = np.array([[function(at + d), function(at - d)] for d in steps])
-                found, given = (ends[:, 0] - ends[:, 1]).T / (2.0 * STEP), derivative * scale
-                size, noise = np.abs(given).max() + np.abs(found).max(), 1e-14 / STEP * np.abs(ends).max()
-                defect = np.abs(found - given).max()
-                if np.isfinite(found).all() and not defect <= DERIVATIVE * size + noise:
+                found, noise = (ends[:, 0] - ends[:, 1]).T / (2.0 * STEP), 1e-14 / STEP * float(np.abs(ends).max())
+                defect = _derivative_defect(derivative * scale, found, noise)
+                if defect is not None:
                     raise StructureError(
                         f"{self._where} {word}",
                         expected=f"the derivative of the {'hamiltonian' if word == 'gradient' else 'gradient'}",
@@ -355,6 +353,13 @@ def _defined(functions: Sequence[Callable[[Floats], Any]], x: Floats) -> bool:
             raise
         except (ValueError, ArithmeticError):
             return False
+
+
+def _derivative_defect(given: Floats, found: Floats, noise: float) -> float | None:
+    """How far a derivative is from that by differences; none if that is round-off, or differences say nothing."""
+    defect = float(np.abs(given - found).max(initial=0.0))
+    size = np.abs(given).max(initial=0.0) + np.abs(found).max(initial=0.0)
+    return defect if np.isfinite(found).all() and not defect <= DERIVATIVE * size + noise else None
 
 
 def _interconnection(size: int, J: Floats, G: Floats, N: Floats, unit: float) -> Floats:

@@ -29,6 +29,7 @@ from phblocks.causality.edits import (
     turned_round,
     without_opening,
 )
+from phblocks.causality.wording import enumerated
 from phblocks.network import Network
 from phblocks.ports import ROTATION, TRANSLATION, Port
 
@@ -140,10 +141,15 @@ def _forms(report: CausalityReport) -> Forms:
     """From a block to its form, made when it is first asked for."""
 
     @cache
-    def form(block: Block) -> Form:
+    def meshed(block: Block) -> Form:
         return block.form(report.gives(block.name))
 
-    return form
+    @cache
+    def coarsest(block: Block) -> Form:
+        coarse = block.coarsest
+        return meshed(block) if coarse is block else coarse.form(report.gives(block.name))
+
+    return Forms(meshed, coarsest)
 
 
 def _alternatives(conflict: Conflict) -> Iterator[Step]:
@@ -218,11 +224,14 @@ def _compliances(network: Network, forms: Forms, conflict: Conflict, known: Coll
         size = f"{found.value:.3g} {unit}"
         if found.weights.size == 3:
             size += f" and {stiffness[2]:.3g} N m/rad"
-        names = " and ".join(
+        hub, *names = [
             (p.anchor or p).path if isinstance(p, Port) else f"outside {p.name!r}"
             for p in (meeting.hub, *meeting.others)
-        )
-        what = f"put a {kind} of {size} between {names}"
+        ]
+        what = f"put a {kind} of {size} between {hub} and {names[0]}"
+        if len(names) > 1:
+            each = enumerated(names, ", ", "parts")
+            what = f"put {len(names)} {kind}s of {size}, one between {hub} and each of {each}"
         yield Step("compliance", what, soften, meeting.joint.ports, stiffness=found.value, frequency=found.frequency)
 
 
@@ -265,7 +274,7 @@ def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
 
             return mounted(network, meeting, make)
 
-        names = ", ".join(sorted(set(meeting.names)))
+        names = enumerated(sorted(set(meeting.names)), ", ", "parts")
         what = f"hold {names} together by a multiplier (multiplier=True)"
         yield Step("multiplier", what, hold, meeting.joint.ports, index=2)
 

@@ -137,6 +137,7 @@ class Recorder:
     t: float
     start: State
     _steps: list[tuple[Step, float | None]] = field(default_factory=list)
+    _losses: list[list[Floats]] = field(default_factory=list)
     _saved: dict[str, list[Floats]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -168,10 +169,24 @@ class Recorder:
             The step.
         save_at : float or None
             Time of its end if it is to be saved, s.
+
+        Raises
+        ------
+        StructureError
+            If a matrix of the user's is not what it must be at a stage; the step is not taken in.
         """
+        losses = self._verified(step)
         if len(self._steps) >= CHUNK:
             self._flush()
         self._steps.append((step, save_at))
+        self._losses.append(losses)
+
+    def _verified(self, step: Step) -> list[Floats]:
+        """R(x) of each modulation at the stages, shape (stages, a, a), after a look at J(x) and R(x)."""
+        if not self.system.modulations:
+            return []
+        z = self.stage.unpack(step.z)
+        return [m.verified(z[:, m.by])[1] for m in self.system.modulations]
 
     def save_last(self, t: float) -> None:
         """Save the last accepted step after all, for a run that ends early.
@@ -212,6 +227,7 @@ class Recorder:
         theta_z = np.concatenate([s.theta_z for s in steps])
         u = np.concatenate([s.u for s in steps])
         x = self.stage.unpack(np.array([s.x for s in steps]))
+        losses = [np.concatenate(of_one) for of_one in zip(*self._losses, strict=True)]
         per_step = len(self.weights)
 
         def by_step(values: Floats) -> Floats:
@@ -223,7 +239,7 @@ class Recorder:
             by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape), axis=0
         )
         integral = self._integral + np.cumsum(by_step(u), axis=0)
-        rates = self._books.rates(theta_z, z, u)
+        rates = self._books.rates(theta_z, z, u, losses)
         flows = {key: by_step(rate) for key, rate in rates.items()}
         between_ports = flows.pop("between_ports")
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
@@ -259,6 +275,7 @@ class Recorder:
         self._stored, self._points, self._integral = stored[-1:], points[-1], integral[-1]
         self._totals = {key: total[-1] for key, total in totals.items()}
         self._steps.clear()
+        self._losses.clear()
 
     def _keep(
         self,
@@ -359,8 +376,11 @@ class _Books:
         angle = self.system.point_angles.at(theta.T).T
         return rotate(angle, material)
 
-    def rates(self, theta: Floats, x: Floats, u: Floats) -> dict[str, Floats]:
-        """Powers at the stages: through connections (by the matrices, and by the ports), inputs, dampings."""
+    def rates(self, theta: Floats, x: Floats, u: Floats, losses: list[Floats]) -> dict[str, Floats]:
+        """Powers at the stages: through connections (by the matrices, and by the ports), inputs, dampings.
+
+        ``losses`` are the R(x) of modulations at the stages, each of shape (stages, a, a).
+        """
         phi, z = self.system.features(theta.T, x.T).T, self.system.sharing.expand(x)
         i, j, f = self._flow.indices
         transferred = self._flow_sum @ (self._flow.values * phi[:, f] * z[:, j] * z[:, i]).T
@@ -369,9 +389,8 @@ class _Books:
         a, b = self._damping.coords
         loss = (self._damping.data * z[:, a] * z[:, b]).T
         dissipated = (self._damping_sum @ loss).T
-        for m in self.system.modulations:
-            by, on = self.system.sharing.kept[m.by], self.system.sharing.kept[m.on]
-            _, R = m.verified(z[:, by])
+        for m, R in zip(self.system.modulations, losses, strict=True):
+            on = self.system.sharing.kept[m.on]
             w = z[:, on]
             dissipated[:, self._block[on[0]]] += np.einsum("ti,tij,tj->t", w, R, w)
         return {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from phblocks.errors import UnknownNameError
+from phblocks.errors import StructureError, UnknownNameError
 from phblocks.triplets import Floats, Ints
 
 
@@ -18,7 +18,7 @@ class Status:
     ok : bool
         It reached its end.
     name : str
-        A word for programs: "success", "step failed", "input not finite".
+        A word for programs: "success", "step failed", "structure lost", "input not finite".
     text : str
         When, where, and what to do.
     time : float or None
@@ -46,8 +46,8 @@ class Status:
         return cls(True, "success", "the end was reached")
 
     @classmethod
-    def step_failed(cls, time: float, dt: float) -> Status:
-        """Report that Newton's method found no solution, also with the smallest step.
+    def step_failed(cls, time: float, dt: float, why: str) -> Status:
+        """Report that no step could be taken, also with the smallest length.
 
         Parameters
         ----------
@@ -55,6 +55,8 @@ class Status:
             Start of the step, s.
         dt : float
             The smallest step that was tried, s.
+        why : str
+            What happened.
 
         Returns
         -------
@@ -62,11 +64,33 @@ class Status:
             Not ``ok``.
         """
         text = (
-            f"Newton's method did not converge at t = {time:.9g} s, also with the step halved to {dt:.3g} s. The "
+            f"{why} at t = {time:.9g} s, also with the step halved to {dt:.3g} s. The "
             "results up to there are kept. Use a smaller dt or more max_halvings; look at the last states for a "
             "singular position or a load that jumps."
         )
         return cls(False, "step failed", text, time)
+
+    @classmethod
+    def structure_lost(cls, time: float, error: StructureError) -> Status:
+        """Report that matrices of the user's were not what they must be, in a step that was not kept.
+
+        Parameters
+        ----------
+        time : float
+            Start of the step, s.
+        error : StructureError
+            Which block and matrix, what is violated, by how much and at which state.
+
+        Returns
+        -------
+        Status
+            Not ``ok``.
+        """
+        text = (
+            f"{error.where}: expected {error.expected}, got {error.got}, in the step from t = {time:.9g} s on. The "
+            f"results up to there are kept. {error.fix}"
+        )
+        return cls(False, "structure lost", text, time)
 
     @classmethod
     def input_not_finite(cls, time: float, name: str) -> Status:

@@ -253,6 +253,8 @@ class StageEquation:
             gradients from there to the mirror image in the stage, not by the gradients at the stage.
         """
         self._before = before
+        if self._modulated is not None:
+            self._modulated.undefined = ""
         self._tau = tau
         self._linear = mass_factor * self._mass - self._rest
         theta = theta + tau * (self.system.input_rates @ u)
@@ -304,6 +306,12 @@ class StageEquation:
         if self._modulated is not None:
             self._modulated.add(z, residual, jacobian)
         return residual, jacobian
+
+    @property
+    def why(self) -> str:
+        """Why an iteration since ``begin`` failed, if it did."""
+        found = "" if self._modulated is None else self._modulated.undefined
+        return found or "Newton's method did not converge"
 
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.

@@ -69,6 +69,7 @@ def check(diagram, seed, counter, folder):
     counter[solution.status.name] += 1
     counter["with multipliers"] += bool(system.constraint_names)
     counter["not quadratic"] += not system.quadratic
+    counter["functions of the state"] += bool(system.modulations)
     counter.update({type(block).__name__ for block in diagram.network.blocks.values()})
 
 
@@ -92,6 +93,7 @@ def assert_all_was_drawn(counter, share):
     assert counter["step failed"] <= 0.05 * counter["all"], counter
     assert counter["with multipliers"] >= 0.3 * ran, counter
     assert counter["not quadratic"] >= 0.03 * ran, counter
+    assert counter["functions of the state"] >= 0.03 * ran, counter
 
 
 def draw_and_check(count, folder, **options):
