@@ -87,7 +87,7 @@ class PortInUseError(PhblocksError, ValueError):
 
 
 class GapError(PhblocksError, ValueError):
-    """Two anchors are joined that are not in the same place."""
+    """Two anchors are joined that are not in the same place, or one is not where a slider was told it is."""
 
     code = "PH206"
 
@@ -132,6 +132,12 @@ class ConstraintError(PhblocksError, ValueError):
     """A constraint follows from others, or holds nothing."""
 
     code = "PH302"
+
+
+class UndeterminedError(ConstraintError):
+    """Nothing determines what happens at some ports: a ring without loss or storage, a circuit without reference."""
+
+    code = "PH307"
 
 
 class StructureError(PhblocksError, ValueError):

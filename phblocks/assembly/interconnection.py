@@ -15,6 +15,7 @@ import numpy as np
 
 from phblocks.assembly.layout import Layout, lay_out
 from phblocks.assembly.sharing import share
+from phblocks.assembly.sites import find_sites
 from phblocks.assembly.structure import check_structure
 from phblocks.blocks.form import AngleRows
 from phblocks.causality import CausalityReport
@@ -82,6 +83,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         If the matrices violate the port-Hamiltonian structure.
     ConstraintError
         If a constraint follows from others.
+    GapError
+        If what is joined to a block is not in the place that the block was given.
     """
     if outputs not in ("all", None):
         raise DataError("compile outputs", expected='"all" or None', got=repr(outputs), fix='Use outputs="all".')
@@ -112,11 +115,14 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     forms = [(name, layout.forms[name], layout.first_state[name]) for name in layout.forms]
     driven_rows, driven_inputs = layout.driven_rows()
     held = [f.storage.shifted(i) for _, f, i in forms if f.storage is not None]
+    local = Triplets.join(f.kinematics.shifted(i, i) for _, f, i in forms)
+    joints.kinematics += [_with_feature(local, 0)]
     joints.kinematics += [Triplets.of(s.energy, s.coenergy, 0, values=1.0) for s in held]
     supply = _features(Triplets.join(joints.K_u, order=3), n_angles, len(joints.directions))
     exchange = _features(Triplets.join(joints.K, order=3), n_angles, len(joints.directions))
     fixed, turning = _constant(sharing.reduced(exchange, (0, 1)))
     fixed_u, turning_u = _constant(sharing.reduced(supply, (0,)))
+    sites, guides = find_sites(layout)
     kinematics_u = _constant(_features(Triplets.join(joints.kinematics_u, order=3), n_angles, 0))[0]
 
     def matrix(entries: Iterable[Triplets]) -> Triplets:
@@ -139,7 +145,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         inputs=tuple(layout.inputs),
         E=matrix(f.E.shifted(i, i) for _, f, i in forms).csr((n, n)),
         J0=Triplets.join([matrix(f.J0.shifted(i, i) for _, f, i in forms), fixed]).csr((n, n)),
-        R=matrix(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
+        R0=matrix(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
         T=sharing.reduced(Triplets.join((f.T.shifted(i, i, i) for _, f, i in forms), order=3), (0, 1, 2)).coo(
             (n, n, n)
         ),
@@ -161,7 +167,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         kinematics=sharing.reduced(_features(Triplets.join(joints.kinematics, order=3), n_angles, 0), (0, 1)),
         kinematics_u=sharing.reduced(kinematics_u, (0,)).csr((n, m)),
         connections=_connections(joints, n_angles, supply),
-        sites=layout.sites(),
+        sites=sites,
+        guides=guides,
         anchor_angles=layout.anchor_angles(place),
         point_mass=points.mass,
         point_velocity=sharing.reduced(points.velocity, (1,)).csr((points.mass.size * network.space.dimension, n)),

@@ -81,12 +81,11 @@ class CausalityReport:
     def shared(self) -> tuple[tuple[Port, ...], ...]:
         """The ports that give together, being the same states: two or more of each such junction.
 
-        That of the block added first comes first.
+        In the order of their names, whatever the order of adding: the states of the first are those that are kept.
         """
         gives = {a.port: a.gives for a in self.assignments}
-        number = {name: i for i, name in enumerate(self.network.blocks)}
         givers = ([p for p in j.ports if gives[p]] for j in self.network.junctions())
-        return tuple(tuple(sorted(g, key=lambda p: number[p.block.name])) for g in givers if len(g) > 1)
+        return tuple(tuple(sorted(g, key=lambda p: p.path)) for g in givers if len(g) > 1)
 
     def gives(self, block: str) -> Mapping[str, bool]:
         """Look up the assignment of a block.

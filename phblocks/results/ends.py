@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from phblocks.blocks.form import Piece
+from phblocks.blocks.form import AngleRows, Piece
 from phblocks.causality import Assignment, CausalityReport
 from phblocks.frames import rotate
 from phblocks.ports import Port
@@ -131,16 +131,17 @@ class Ends:
         local = (piece.output.csr((components, form.size)) @ x.T).T
         if components == 1:
             return np.asarray(local)
-        if piece.frame is None:
-            assert port.anchor is not None
-            known = self._system.anchor_angles.get(port.anchor.path)
+        frame = port.anchor if piece.frame is None else piece.frame
+        if not isinstance(frame, AngleRows):
+            assert frame is not None
+            known = self._system.anchor_angles.get(frame.path)
             if known is None:
                 return None
             places, weights, reference = known
             angle = reference + recording.theta[:, places] @ weights
         else:
-            places = part.theta[piece.frame.rows.indices[1]]
+            places = part.theta[frame.rows.indices[1]]
             if (places < 0).any():
                 return None
-            angle = piece.frame.reference[0] + recording.theta[:, places] @ piece.frame.rows.values
+            angle = frame.reference[0] + recording.theta[:, places] @ frame.rows.values
         return rotate(angle, local)

@@ -290,7 +290,7 @@ class _Books:
         self._block = block
         kind = self.system.energy_kind_of_coordinate
         self._energy_sum = _summing(block * self.n_kinds + kind, self.n_blocks * self.n_kinds)
-        self._E, R = (system.E, system.R) if system.sharing.trivial else _of_blocks(system)
+        self._E, R = (system.E, system.R0) if system.sharing.trivial else _of_blocks(system)
         connections = system.connections
         self._flow = connections.entries
         self._flow_sum = _summing(connections.number, len(connections.names))
@@ -367,12 +367,18 @@ class _Books:
         supply = (self._input.values * phi[:, f] * z[:, i] * u[:, k]).T
         a, b = self._damping.coords
         loss = (self._damping.data * z[:, a] * z[:, b]).T
+        dissipated = (self._damping_sum @ loss).T
+        for m in self.system.modulations:
+            by, on = self.system.sharing.kept[m.by], self.system.sharing.kept[m.on]
+            _, R = m.verified(z[:, by])
+            w = z[:, on]
+            dissipated[:, self._block[on[0]]] += np.einsum("ti,tij,tj->t", w, R, w)
         return {
             "transferred": transferred.T,
             "reaction": reaction.T,
             "supplied": (self._input_sum @ supply).T,
             "supplied_to": (self._input_block_sum @ supply).T,
-            "dissipated": (self._damping_sum @ loss).T,
+            "dissipated": dissipated,
         }
 
 

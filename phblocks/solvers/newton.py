@@ -14,6 +14,9 @@ from phblocks.triplets import Floats
 #: States with energy that are smaller than this, relative to the forces of joints, are round-off.
 HELD = 1e-12
 
+#: An update of this relative size may be followed by one of its square times this.
+CURVATURE = 10.0
+
 
 @dataclass(frozen=True)
 class Newton:
@@ -92,6 +95,9 @@ class Newton:
             ratio = max(change / last, moved / last_moved if last_moved > 0.0 else 0.0) if iteration > 1 else np.inf
             # convergence is quadratic: the next update would be about change * ratio**2
             if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * size):
+                if iteration == 2 and CURVATURE * change**2 > self.tolerance * size**2:
+                    # a first update nearly all along linear directions tells nothing of how the others converge
+                    return z - solver.solve(stage.evaluate(z)[0]), iteration + 1
                 return z, iteration
             # where joints hold everything, the states with energy are nothing but round-off of the joints' forces
             whole = float(np.linalg.norm(z))

@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from phblocks.solvers.modulations import ModulatedMatrices
 from phblocks.solvers.ordering import narrow_order
 from phblocks.solvers.storages import StorageEquations
 from phblocks.system import System
@@ -66,7 +67,7 @@ class StageEquation:
         still_rows = _taken(system.kinematics, still)
         pairs, pair_of = _pairs(system, moving)
 
-        constants = [m.tocoo() for m in (system.rate_matrix, system.J0, system.R)]
+        constants = [m.tocoo() for m in (system.rate_matrix, system.J0, system.R0)]
         codes = [_code(m.coords[0], m.coords[1], self.n) for m in constants]
         codes.append(_code(still_rows.indices[0], still_rows.indices[1], self.n))
         i, j, k = tensor.indices
@@ -76,6 +77,11 @@ class StageEquation:
         codes += [_code(pairs[0][pair], column, self.n) for pair, column, _ in by.parts]
         codes += [
             _code(np.repeat(s.energy, s.energy.size), np.tile(s.energy, s.energy.size), self.n) for s in system.storages
+        ]
+        codes += [
+            _code(m.on.repeat(to.size), np.tile(to, m.on.size), self.n)
+            for m in system.modulations
+            for to in (m.on, m.by)
         ]
         pattern, spots = np.unique(np.concatenate(codes), return_inverse=True)
         at = iter(np.split(spots, np.cumsum([c.size for c in codes])[:-1]))
@@ -139,6 +145,10 @@ class StageEquation:
         self._storages: StorageEquations | None = None
         if system.storages:
             self._storages = StorageEquations(system, new, scale, [slot[next(at)] for _ in system.storages])
+        self._modulated: ModulatedMatrices | None = None
+        if system.modulations:
+            places = [(slot[next(at)], slot[next(at)]) for _ in system.modulations]
+            self._modulated = ModulatedMatrices(system, new, scale, places)
         self._work = self._matrix(self._mass.copy())
 
     def _matrix(self, data: Floats) -> sp.csr_array:
@@ -291,6 +301,8 @@ class StageEquation:
         jacobian = self._linear - products - self._modulation @ np.concatenate(parts)
         if self._storages is not None:
             self._storages.add(z, self._before, residual, jacobian)
+        if self._modulated is not None:
+            self._modulated.add(z, residual, jacobian)
         return residual, jacobian
 
     def round_off(self, z: Floats) -> float:
@@ -308,7 +320,8 @@ class StageEquation:
         """
         size = self._matrix(np.abs(self._work.data)) @ np.abs(z) + np.abs(self._known)
         noise = float(np.finfo(float).eps * np.linalg.norm(size))
-        return noise if self._storages is None else noise + float(np.linalg.norm(self._storages.noise))
+        noise += 0.0 if self._storages is None else float(np.linalg.norm(self._storages.noise))
+        return noise + (0.0 if self._modulated is None else float(np.linalg.norm(self._modulated.noise)))
 
 
 def _code(rows: Ints, columns: Ints, n: int) -> Ints:

@@ -116,6 +116,29 @@ class Site:
 
 
 @dataclass(frozen=True)
+class Guide:
+    """Two places that are held together across some directions only, and free along the others.
+
+    Parameters
+    ----------
+    name : str
+        Of the block that holds them.
+    first, second : Site
+        The two places.
+    across : numpy.ndarray
+        The directions, shape (directions, dimension), of length one.
+    anchor : str or None
+        Path of the anchor that the directions turn with; ``None`` if they are fixed in space.
+    """
+
+    name: str
+    first: Site
+    second: Site
+    across: Floats
+    anchor: str | None
+
+
+@dataclass(frozen=True)
 class Connections:
     """Power flows between blocks: what each taking port does at a junction, entry by entry.
 

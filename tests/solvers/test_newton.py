@@ -174,3 +174,20 @@ def test_options_that_are_no_numbers(options):
 def test_a_method_needs_newton_options(newton):
     with pytest.raises(ArgumentTypeError, match="Midpoint"):
         ph.Midpoint(newton)
+
+
+def test_a_first_update_along_linear_directions_does_not_pass_for_convergence():
+    """A spring of free length 0 shortens a soft bar: the first update is large and linear, the second small.
+
+    Convergence taken from these two alone ends the first step with the balance off by 2e-11 of the energy.
+    """
+    d = ph.Diagram("collapse")
+    soft = ph.Section(axial=3e4, shear=1e4, bending=1.0, mass=0.02, rotary=1e-3)
+    bar = d.add(ph.Beam("bar", soft, (0.0, 0.0), (1.0, 0.0), elements=2))
+    spring = d.add(ph.Spring("spring", 8.6e4, (0.0, 0.0), (1.0, 0.0), free_length=0.0))
+    d.pin(d.ground, bar.start, spring.start)
+    d.pin(bar.end, spring.end)
+    d.expose(bar.end.translation, "push")
+    solution = ph.simulate(d.compile(), 8 * 1.2e-3, 1.2e-3, inputs={"push": (0.0, 1.0)})
+    assert solution.energy.total[0] == pytest.approx(4.3e4)
+    assert max(solution.power.block_errors.values()) <= 1e-14 * 4.3e4

@@ -167,6 +167,17 @@ class Beam(Block):
             for load, port in zip(self.loads, self._load_ports.values(), strict=True)
         ]
 
+    def prefix(self, prefix: str) -> None:
+        """Put a prefix before the name of the beam and those of its loads.
+
+        Parameters
+        ----------
+        prefix : str
+            Of a copy in a diagram that is nested in another.
+        """
+        super().prefix(prefix)
+        self.loads = tuple(replace(load, name=prefix + load.name) for load in self.loads)
+
     def at(self, s: float) -> BlockPoint:
         """Name a point of the beam, for reading results.
 
