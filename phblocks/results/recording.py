@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.frames import rotate
-from phblocks.solvers.stage import StageEquation
+from phblocks.solvers.method import Unknowns
 from phblocks.solvers.step import Step
 from phblocks.system import State, System
 from phblocks.triplets import Floats, Ints, Triplets
@@ -123,7 +123,7 @@ class Recorder:
     ----------
     system : System
         The system that is integrated.
-    stage : StageEquation
+    stage : Unknowns
         For changing unknowns to states.
     weights : tuple of float
         Of the stages of the method.
@@ -134,7 +134,7 @@ class Recorder:
     """
 
     system: System
-    stage: StageEquation
+    stage: Unknowns
     weights: tuple[float, ...]
     t: float
     start: State
@@ -214,6 +214,9 @@ class Recorder:
         theta_z = np.concatenate([s.theta_z for s in steps])
         u = np.concatenate([s.u for s in steps])
         x = self.stage.unpack(np.array([s.x for s in steps]))
+        frozen = z
+        if any(s.frozen is not None for s in steps):
+            frozen = self.stage.unpack(np.concatenate([s.z if s.frozen is None else s.frozen for s in steps]))
         per_step = len(self.weights)
 
         def by_step(values: Floats) -> Floats:
@@ -221,11 +224,12 @@ class Recorder:
             weighted: Floats = values.reshape(weight.size, -1) * weight[:, None]
             return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
 
-        points = self._points + np.cumsum(
-            by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape), axis=0
-        )
+        moved = by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape)
+        points = self._points + np.cumsum(moved, axis=0)
+        if steps[-1].points is not None:  # the method integrates them itself
+            points = np.array([s.points for s in steps])
         integral = self._integral + np.cumsum(by_step(u), axis=0)
-        flows = {key: by_step(rate) for key, rate in self._books.rates(z, theta_z, u).items()}
+        flows = {key: by_step(rate) for key, rate in self._books.rates(z, theta_z, u, frozen).items()}
         reaction = flows.pop("reaction")
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
         stored = self._books.stored(x)
@@ -347,9 +351,12 @@ class _Books:
         angle = self.system.point_angles.at(theta.T).T
         return rotate(angle, material)
 
-    def rates(self, z: Floats, theta: Floats, u: Floats) -> dict[str, Floats]:
-        """Powers at the stages: through connections (both sides), inputs and dampings."""
-        phi = self.system.features(theta.T, z.T).T
+    def rates(self, z: Floats, theta: Floats, u: Floats, frozen: Floats) -> dict[str, Floats]:
+        """Powers at the stages: through connections (both sides), inputs and dampings.
+
+        Lines have the directions they have in the states ``frozen``.
+        """
+        phi = self.system.features(theta.T, frozen.T).T
         i, j, f = self._flow.indices
         value = self._flow.values * phi[:, f]
         # the taking side multiplies its own states last, the giving side its own

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from phblocks.errors import ArgumentTypeError
 from phblocks.solvers.midpoint import MidpointStepper
 from phblocks.solvers.newton import Newton
+from phblocks.solvers.options import require_newton
 from phblocks.system import System
 
 
@@ -42,13 +42,7 @@ class DiscreteGradient:
 
     def __post_init__(self) -> None:
         """Check the options."""
-        if not isinstance(self.newton, Newton):
-            raise ArgumentTypeError(
-                "DiscreteGradient newton",
-                expected="options of Newton's method",
-                got=repr(self.newton),
-                fix="Use ph.Newton().",
-            )
+        require_newton("DiscreteGradient", self.newton)
 
     #: Order of convergence on smooth solutions.
     order = 2
