@@ -30,6 +30,7 @@ from phblocks.simulation import simulate
 from phblocks.solvers.adaptive import Adaptive
 from phblocks.solvers.discrete_gradient import DiscreteGradient
 from phblocks.solvers.gauss_legendre import GaussLegendre
+from phblocks.solvers.linearly_implicit import LinearlyImplicit
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.newton import ModifiedNewton, Newton
 from phblocks.system import State, System
@@ -59,6 +60,7 @@ __all__ = [
     "Gyrator",
     "Inductor",
     "LineLoad",
+    "LinearlyImplicit",
     "Mass",
     "Midpoint",
     "ModifiedNewton",

@@ -7,8 +7,8 @@ import numpy as np
 from phblocks.solvers.step import Step
 from phblocks.triplets import Floats
 
-#: Steps that are kept: two to extrapolate from, and one that may be rejected.
-KEPT = 3
+#: Steps that are kept: three to extrapolate from, and one that may be rejected.
+KEPT = 4
 #: An extrapolation further than this, in distances of the points it starts from, is not trusted.
 FARTHEST = 3.0
 
@@ -46,8 +46,8 @@ class Past:
             self._steps.pop()
         return self._steps
 
-    def middle(self, x: Floats, dt: float) -> Floats | None:
-        """Extrapolate the mean values of the last two steps to the middle of the next.
+    def middle(self, x: Floats, dt: float, back: int = 1) -> Floats | None:
+        """Extrapolate the mean values of the last step and of one before to the middle of the next.
 
         Parameters
         ----------
@@ -55,17 +55,19 @@ class Past:
             Unknowns at its start, shape (n,).
         dt : float
             Its length, s.
+        back : int, optional
+            How many steps before the last the other one is.
 
         Returns
         -------
         numpy.ndarray or None
-            Shape (n,); ``None`` without two steps, or if they are much shorter than the next.
+            Shape (n,); ``None`` without these steps, or if they are much shorter than the next.
         """
         steps = self.before(x)
-        if len(steps) < 2:
+        if len(steps) <= back:
             return None
-        earlier, last = steps[-2:]
-        ratio = (dt + last.dt) / (last.dt + earlier.dt)
+        earlier, *between, last = steps[-1 - back :]
+        ratio = (dt + last.dt) / (last.dt + earlier.dt + 2.0 * sum(step.dt for step in between))
         if not 0.0 < ratio <= FARTHEST:
             return None
         return np.asarray((1.0 + ratio) * last.z[-1] - ratio * earlier.z[-1])

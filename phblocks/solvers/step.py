@@ -26,7 +26,7 @@ class Step:
     dt : float
         Length, s.
     iterations : int
-        Newton iterations; 0 for a linear system.
+        Newton iterations, or linear solves of a method without iteration; 0 for a linear system.
     frozen : numpy.ndarray, optional
         Unknowns that fixed the structure at the stages, shape (stages, n), if not z.
     lag : float, optional
