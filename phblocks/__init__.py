@@ -33,6 +33,7 @@ from phblocks.solvers.gauss_legendre import GaussLegendre
 from phblocks.solvers.linearly_implicit import LinearlyImplicit
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.newton import ModifiedNewton, Newton
+from phblocks.solvers.scipy_ivp import ScipyIVP
 from phblocks.system import State, System
 
 __all__ = [
@@ -74,6 +75,7 @@ __all__ = [
     "Resistor",
     "RigidBody",
     "RigidJoint",
+    "ScipyIVP",
     "Section",
     "Slider",
     "Solution",
