@@ -28,7 +28,7 @@ def run(system: ph.System, rtol: float = 1e-3, method=None, t_end: float = 1.0, 
 def test_a_smaller_tolerance_gives_a_smaller_error_at_the_cost_of_the_order(swing, method):
     """Steps grow as rtol^(-1/(order + 1)); the tip follows the tolerance within a power."""
     exact = run(swing, 1e-9, ph.GaussLegendre(3)).position("beam", 1.0)[-1]
-    tolerances = np.array([1e-3, 1e-4, 1e-5, 1e-6])
+    tolerances = np.array([1e-3, 1e-4, 1e-5])
     solutions = [run(swing, rtol, method) for rtol in tolerances]
     errors = [np.linalg.norm(s.position("beam", 1.0)[-1] - exact) for s in solutions]
     slope = np.polyfit(np.log(tolerances), np.log(errors), 1)[0]
@@ -75,10 +75,10 @@ def test_times_asked_for_are_reached_exactly(swing):
 
 
 def test_steps_are_long_where_nothing_happens(swing):
-    """The force has its bump in the middle of the first second; afterwards the beam swings on, before it rests."""
-    solution = run(swing, 1e-4)
+    """The force has its bump in the middle of the second: at rest before it, with an absolute tolerance."""
+    solution = run(swing, adaptive=ph.Adaptive(rtol=1e-5, atol=1e-5))
     h = np.diff(solution.t)
-    assert h[:3].max() > 2.0 * h[(solution.t[1:] > 0.4) & (solution.t[1:] < 0.6)].max()
+    assert h[solution.t[1:] < 0.1].max() > 2.0 * h[(solution.t[1:] > 0.4) & (solution.t[1:] < 0.6)].max()
 
 
 def test_rejected_steps_are_counted_and_leave_no_trace(swing):
@@ -129,12 +129,13 @@ def test_energies_that_are_not_quadratic_are_measured_by_their_hessian():
     d = ph.Diagram("pendulum")
     d.add(block)
     system, errors = d.compile(), []
-    exact = ph.simulate(system, 6.0, 1e-4, save_every=60000).x[-1, :2]
-    for rtol in (1e-3, 1e-5):
+    exact = ph.simulate(system, 6.0, 2e-3).x[-1, :2]
+    for rtol in (1e-2, 1e-4):
         solution = ph.simulate(system, 6.0, 0.1, adaptive=ph.Adaptive(rtol=rtol))
+        assert solution.status.ok
         assert np.abs(solution.energy.total - solution.energy.total[0]).max() < 1e-12
         errors.append(np.abs(solution.x[-1, :2] - exact).max())
-    assert errors[1] < 0.1 * errors[0] < 0.1
+    assert errors[1] < 0.2 * errors[0] < 0.02
 
 
 @pytest.mark.parametrize(

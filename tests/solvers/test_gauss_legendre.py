@@ -196,7 +196,7 @@ def test_energies_that_are_not_quadratic_are_refused_by_name():
         "cubic",
         2,
         lambda x: x @ x / 2 + x[0] ** 4,
-        lambda x: x + [4 * x[0] ** 3, 0],
+        lambda x: np.array([x[0] + 4 * x[0] ** 3, x[1]]),
         lambda x: np.diag([1 + 12 * x[0] ** 2, 1]),
         J=[[0, 1], [-1, 0]],
         start=[1, 0],
