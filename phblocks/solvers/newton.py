@@ -13,6 +13,8 @@ from phblocks.triplets import Floats, Ints
 
 #: States with energy that are smaller than this, relative to the forces of joints, are round-off.
 HELD = 1e-12
+#: An update with an old factor that is this many times as large as the guess is not believed.
+FAR = 100.0
 
 
 class Equation(Protocol):
@@ -156,8 +158,9 @@ class ModifiedNewton(Newton):
     """Newton's method with a factor that is kept until convergence slows.
 
     A factor from the step before serves the first iteration; a new one, made where that led, all others, unless
-    updates fall too slowly or grow: then the last one is undone and another factor made. More iterations than ``Newton``, but most of them cost a residual and a back-substitution only. The result is the
-    same to round-off: the error that is left is estimated from the linear convergence of the last two updates.
+    updates fall too slowly or grow: then the last one is undone and another factor made. More iterations than
+    ``Newton``, but most of them cost a residual and a back-substitution only. The result is the same to round-off: the
+    error that is left is estimated from the linear convergence of the last two updates.
 
     Parameters
     ----------
@@ -204,7 +207,7 @@ class ModifiedNewton(Newton):
             update = solver.solve(residual)
             before, z = z, z - update
             finite = progress.add(z, update)
-            if kept and not (finite and progress.falling):
+            if kept and not (finite and progress.falling and progress.change <= FAR * float(np.linalg.norm(guess))):
                 z, progress, age, kept = guess, _Progress(stage, size), 0, False  # an old factor proves nothing
                 continue
             if not finite:
