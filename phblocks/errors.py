@@ -147,7 +147,7 @@ class StructureError(PhblocksError, ValueError):
 
 
 class MethodError(PhblocksError, ValueError):
-    """A time method does not keep the energy of the system it is asked to integrate."""
+    """A time method does not suit a system: it would not keep its energy, or cannot integrate it."""
 
     code = "PH402"
 

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.frames import rotate
-from phblocks.solvers.stage import StageEquation
+from phblocks.solvers.method import Unknowns
 from phblocks.solvers.step import Step
 from phblocks.system import State, System
 from phblocks.triplets import Floats, Ints, Triplets
@@ -118,7 +118,7 @@ class Recorder:
     ----------
     system : System
         The system that is integrated.
-    stage : StageEquation
+    stage : Unknowns
         For changing unknowns to states.
     weights : tuple of float
         Of the stages of the method.
@@ -129,7 +129,7 @@ class Recorder:
     """
 
     system: System
-    stage: StageEquation
+    stage: Unknowns
     weights: tuple[float, ...]
     t: float
     start: State
@@ -209,6 +209,9 @@ class Recorder:
         theta_z = np.concatenate([s.theta_z for s in steps])
         u = np.concatenate([s.u for s in steps])
         x = self.stage.unpack(np.array([s.x for s in steps]))
+        frozen = z
+        if any(s.frozen is not None for s in steps):
+            frozen = self.stage.unpack(np.concatenate([s.z if s.frozen is None else s.frozen for s in steps]))
         per_step = len(self.weights)
 
         def by_step(values: Floats) -> Floats:
@@ -216,11 +219,12 @@ class Recorder:
             weighted: Floats = values.reshape(weight.size, -1) * weight[:, None]
             return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
 
-        points = self._points + np.cumsum(
-            by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape), axis=0
-        )
+        moved = by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape)
+        points = self._points + np.cumsum(moved, axis=0)
+        if steps[-1].points is not None:  # the method integrates them itself
+            points = np.array([s.points for s in steps])
         integral = self._integral + np.cumsum(by_step(u), axis=0)
-        rates = self._books.rates(self.system.features(theta_z.T, z.T).T, self._expand(z), u)
+        rates = self._books.rates(self.system.features(theta_z.T, frozen.T).T, self._expand(z), u)
         flows = {key: by_step(rate) for key, rate in rates.items()}
         reaction = flows.pop("reaction")
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)

@@ -70,9 +70,7 @@ class Scene:
         a, b = np.array(start), np.array(end)
         length, angle = float(np.linalg.norm(b - a)), math.atan2(*(b - a)[::-1])
         places = np.linspace(0.0, 1.0, elements * order + 1)
-        nodes = [
-            self.system.AddNode(NodeRigidBody2D(referenceCoordinates=[*(a + s * (b - a)), angle])) for s in places
-        ]
+        nodes = [self.system.AddNode(NodeRigidBody2D(referenceCoordinates=[*(a + s * (b - a)), angle])) for s in places]
         for e in range(elements):
             element = self.system.AddObject(
                 ObjectBeamGeometricallyExact2D(
