@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar, get_type_hints
 
@@ -131,8 +132,9 @@ class Table(Generic[Row]):
         rows = list(self.rows)
         for name in reversed(names):
             self._require(name)
-            rows.sort(key=lambda row: getattr(row, name), reverse=reverse)
-            rows.sort(key=lambda row: _missing(getattr(row, name)))
+            known = [row for row in rows if not _missing(getattr(row, name))]
+            missing = [row for row in rows if _missing(getattr(row, name))]
+            rows = [*sorted(known, key=attrgetter(name), reverse=reverse), *missing]
         return replace(self, rows=tuple(rows))
 
     def to_csv(self, path: str | os.PathLike[str]) -> Path:

@@ -202,4 +202,4 @@ def _computed(jobs: Sequence[Job], measured: Sequence[Measurement]) -> Reference
     finest, *others = (run.value for run in measured if run.value is not None)
     uncertainty = sum(distance(finest, other) for other in others) / 3.0
     setting = jobs[0].setting
-    return Reference(finest, uncertainty, f"{setting.method} with {setting.mesh_label} and dt = {setting.dt:g} s")
+    return Reference(finest, uncertainty, f"{setting.method}, mesh {setting.mesh_label}, dt = {setting.dt:g} s")
