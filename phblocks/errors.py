@@ -153,7 +153,7 @@ class ExportError(PhblocksError, ValueError):
 
 
 class StudyError(PhblocksError, RuntimeError):
-    """A study cannot be carried out: its reference fails, or the engine that runs it."""
+    """A study cannot be carried out (its reference fails, a worker is lost), or has no such result."""
 
     code = "PH601"
 

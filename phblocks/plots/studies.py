@@ -14,6 +14,7 @@ from phblocks.studies.run import Run
 from phblocks.studies.work_precision import WorkPrecisionStudy
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
@@ -76,7 +77,7 @@ def work_precision(study: WorkPrecisionStudy) -> Figure:
             for name, ax in axes.items():
                 _line(ax, chosen.rows, name, colours[method], markers[mesh], float(strengths[mesh]))
     largest = max((row.reference_uncertainty for row in rows), default=math.nan)
-    _shade(axes["error"], largest)
+    shaded = _shade(axes["error"], largest)
     first = rows[0]
     unit = f" ({first.unit})" if first.unit else ""
     axes["error"].set_ylabel(f"error of {first.quantity}{unit}")
@@ -90,13 +91,14 @@ def work_precision(study: WorkPrecisionStudy) -> Figure:
     for name in ("error", "gap"):
         axes[name].set_xlabel("wall time of simulate (s)" + (", on a shared machine" if shared else ""))
 
-    handles = [Line2D([], [], color=colours[m], linewidth=2.0, label=m) for m in methods]
+    handles: list[Artist] = [Line2D([], [], color=colours[m], linewidth=2.0, label=m) for m in methods]
     if meshes != ["default"]:
         handles += [
             Line2D([], [], color="black", alpha=float(strengths[m]), marker=markers[m], linestyle="none", label=m)
             for m in meshes
         ]
     handles.append(Line2D([], [], color="gold", linewidth=7.0, label="cheapest at each error"))
+    handles += shaded
     figure.legend(handles=handles, loc="outside upper center", ncols=min(len(handles), 3), frameon=False)
     failed = len(study.rows) - len(rows)
     if failed:
@@ -200,22 +202,29 @@ def _line(ax: Axes, rows: Sequence[Run], name: str, colour: str, marker: str, st
 
 
 def _mark(axis: Axis, plain: bool = False) -> None:
-    """Put ticks at 1, 2 and 5 where there are few decades, and no others: labels must not overlap."""
+    """Put ticks where labels do not overlap and there are some: the fewer decades, the more in each."""
     from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullLocator
 
     low, high = axis.get_view_interval()
-    few = math.log10(high / low) < 2.0
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    decades = math.log10(high / low)
+    if decades < 0.3:  # as wide as holds a tick for certain
+        margin = 10.0 ** (0.5 * (0.3 - decades))
+        axis.set_view_interval(low / margin, high * margin, ignore=True)
+    subs = (1, 1.5, 2, 3, 5, 7) if decades < 0.7 else (1, 2, 5) if decades < 2.0 else (1,)
+    axis.set_major_locator(LogLocator(subs=subs))
     axis.set_minor_locator(NullLocator())
-    if plain:
+    if plain and decades < 4.0:
         axis.set_major_formatter(lambda value, _: f"{value:g}")
     else:
         axis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(math.inf, math.inf)))
 
 
-def _shade(ax: Axes, uncertainty: float) -> None:
+def _shade(ax: Axes, uncertainty: float) -> list[Artist]:
     """Where errors say nothing; drawn only where errors come close to it."""
     low, high = ax.get_ylim()
-    if uncertainty > low:
-        ax.axhspan(low, uncertainty, color="black", alpha=0.08, linewidth=0.0, label="uncertainty of the reference")
-        ax.set_ylim(low, high)
+    if not uncertainty > low:
+        return []
+    label = "uncertainty of the reference"
+    area = ax.axhspan(low, uncertainty, color="black", alpha=0.08, linewidth=0.0, label=label)
+    ax.set_ylim(low, high)
+    return [area]

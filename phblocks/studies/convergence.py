@@ -128,8 +128,9 @@ class ConvergenceStudy(Table[ConvergenceRun]):
             text = f"Fitted over {runs} runs: the error falls by {self.rate:.3g} with every degree."
         else:
             text = f"Fitted order over {runs} runs: {slope:.3f}{off}."
-        methods = f"Method: {self.rows[0].method}."
-        return (text, methods, *notes_of(self.rows))
+        if runs == 2:
+            text += " Rates before differ by more than 15 %, or are not known: do not rely on it."
+        return (text, f"Method: {self.rows[0].method}.", *notes_of(self.rows))
 
     @property
     def _over(self) -> str:

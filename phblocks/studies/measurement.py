@@ -104,7 +104,8 @@ class Runner:
             self._systems[id(setting.mesh)] = job.make_system(**setting.mesh)
         system = self._systems[id(setting.mesh)]
         if first:  # what is loaded and computed once a process should not be in the first time
-            simulate(system, min(setting.dt, job.t_end), setting.dt, progress=False, **setting.arguments)
+            with suppress(Exception):  # if there is something wrong, the run itself says so
+                simulate(system, min(setting.dt, job.t_end), setting.dt, progress=False, **setting.arguments)
         clock = perf_counter()
         solution = simulate(system, job.t_end, setting.dt, progress=False, **setting.arguments)
         measured.seconds.append(perf_counter() - clock)

@@ -40,7 +40,18 @@ class Reading:
     place: Place
 
     def __call__(self, solution: Solution) -> ArrayLike:
-        """Read it, shape (times,) or (times, components)."""
+        """Read it.
+
+        Parameters
+        ----------
+        solution : Solution
+            Of a run.
+
+        Returns
+        -------
+        array_like
+            Shape (times,) or (times, components).
+        """
         values: ArrayLike = getattr(solution, self.kind)(self.block, self.place)
         return values
 
@@ -69,7 +80,17 @@ class Observed:
     unit: str
 
     def __call__(self, solution: Solution) -> Floats:
-        """Evaluate it; at least one axis, all numbers finite.
+        """Evaluate it.
+
+        Parameters
+        ----------
+        solution : Solution
+            Of a run.
+
+        Returns
+        -------
+        numpy.ndarray
+            Finite numbers, with at least one axis.
 
         Raises
         ------

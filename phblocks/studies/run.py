@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+import numpy as np
+
+from phblocks.errors import DataError
 from phblocks.studies.machine import Machine
 from phblocks.studies.quantity import Observed
 from phblocks.system import System
@@ -39,7 +43,8 @@ class Setting:
     @property
     def mesh_label(self) -> str:
         """What the mesh is called in tables."""
-        return ", ".join(f"{name}={value!r}" for name, value in self.mesh.items()) or "default"
+        plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in self.mesh.items()}
+        return ", ".join(f"{name}={value!r}" for name, value in plain.items()) or "default"
 
 
 @dataclass(frozen=True)
@@ -139,6 +144,24 @@ class Run(Machine):
     def ok(self) -> bool:
         """Whether the run has an error to be judged by."""
         return not math.isnan(self.error)
+
+    @property
+    def mesh_arguments(self) -> dict[str, Any]:
+        """Arguments to make the system with again, read from ``mesh``.
+
+        Raises
+        ------
+        DataError
+            If they are not numbers, text or tuples of these.
+        """
+        call = ast.parse(f"make({self.mesh})", mode="eval").body
+        assert isinstance(call, ast.Call)
+        try:
+            return {str(word.arg): ast.literal_eval(word.value) for word in call.keywords}
+        except ValueError as error:
+            raise DataError(
+                "mesh of a run", expected="numbers, text or tuples", got=self.mesh, fix="Look it up among the meshes."
+            ) from error
 
     @property
     def error_bound(self) -> float:

@@ -4,17 +4,18 @@ import pytest
 
 from phblocks import errors
 from phblocks.studies import WorkPrecisionStudy, best_within, cheapest
+from tests.studies.rows import make_run
 
 
 @pytest.fixture
-def study(run):
+def study():
     return WorkPrecisionStudy(
         (
-            run("rough", 0.1, 1e-2),
-            run("fair", 0.5, 1e-3, reference_uncertainty=2e-4),
-            run("fine", 2.0, 1e-5),
-            run("wasteful", 3.0, 1e-3),
-            run("failed", 0.01),
+            make_run("rough", 0.1, 1e-2),
+            make_run("fair", 0.5, 1e-3, reference_uncertainty=2e-4),
+            make_run("fine", 2.0, 1e-5),
+            make_run("wasteful", 3.0, 1e-3),
+            make_run("failed", 0.01),
         )
     )
 

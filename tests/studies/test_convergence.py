@@ -108,6 +108,11 @@ def test_no_rate_over_steps(steps):
         steps.rate  # noqa: B018
 
 
+def test_two_runs_are_no_proof(steps):
+    assert "do not rely on it" not in str(steps)
+    assert "do not rely on it" in str(steps.filter(lambda row: row.dt <= 0.05))
+
+
 def test_csv_keeps_the_fit(steps, tmp_path):
     again = ConvergenceStudy.from_csv(steps.to_csv(tmp_path / "steps.csv"))
     assert again.order == steps.order

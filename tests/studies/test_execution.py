@@ -2,12 +2,9 @@
 
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 
-import numpy as np
 import pytest
-from threadpoolctl import threadpool_info
 
 import phblocks as ph
-from phblocks.studies import machine
 from tests.studies import scenes
 
 
@@ -52,7 +49,7 @@ def test_processes(alone):
 
 def test_dask(alone):
     distributed = pytest.importorskip("distributed")
-    options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    options = {"n_workers": 1, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
     with (
         distributed.LocalCluster(**options) as cluster,
         distributed.Client(cluster) as client,
@@ -78,24 +75,3 @@ class Lost(Executor):
 def test_a_lost_worker():
     with pytest.raises(ph.errors.StudyError, match="MemoryError: worker killed"):
         study(Lost())
-
-
-def threads():
-    return [library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"]
-
-
-def test_one_thread_however_many_are_inside():
-    """The limit is lifted by the last one out."""
-    before = threads()
-    assert before  # NumPy brings a library with it
-    with machine.one_thread():
-        with machine.one_thread():
-            assert set(threads()) == {1}
-        assert set(threads()) == {1}
-    assert threads() == before
-
-
-def test_machine():
-    here = machine.this_machine()
-    assert here.numpy == np.__version__ and here.cpu and here.cores >= 1
-    assert here.cpu in str(here) and here.python in str(here)

@@ -6,15 +6,16 @@ import pytest
 
 from phblocks import errors
 from phblocks.studies import WorkPrecisionStudy
+from tests.studies.rows import make_run
 
 
 @pytest.fixture
-def study(run):
+def study():
     return WorkPrecisionStudy(
         (
-            run("slow, |good|", 2.0, 1e-5, dt=0.1 + 0.2),
-            run("fails", 0.1, status_text='said "no",\nand stopped'),
-            run("fast", 0.5, 1e-2, shared_machine=True),
+            make_run("slow, |good|", 2.0, 1e-5, dt=0.1 + 0.2),
+            make_run("fails", 0.1, status_text='said "no",\nand stopped'),
+            make_run("fast", 0.5, 1e-2, shared_machine=True),
         )
     )
 

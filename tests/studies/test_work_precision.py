@@ -10,6 +10,7 @@ import pytest
 import phblocks as ph
 from phblocks.studies import WorkPrecisionStudy, measurement, work_precision
 from tests.studies import scenes
+from tests.studies.rows import make_run
 
 MASS = ("position", "mass", (0.0, 0.0))
 TIP = ("position", "beam", 1.0)
@@ -38,6 +39,23 @@ def test_one_row_a_combination(pendulum):
     assert pendulum.column("states") == [17, 17, 29, 29] * 2
     assert not any(pendulum.column("shared_machine"))
     assert pendulum[0].settings.startswith("method=Midpoint(newton=Newton(tolerance=1e-15")
+
+
+def test_a_row_can_be_run_again(pendulum):
+    row = pendulum[3]
+    assert row.mesh_arguments == {"elements": 2, "degree": 2}
+    solution = ph.simulate(scenes.pendulum(**row.mesh_arguments), row.t_end, row.dt)
+    assert pendulum.reference.error_of(solution.position("beam", 1.0)[-1:]) == pytest.approx(row.error)
+
+
+def test_arguments_of_a_mesh():
+    assert make_run("a", 1.0, mesh="default").mesh_arguments == {}
+    assert make_run("a", 1.0, mesh="elements=(10, 6, 6), kind='fine'").mesh_arguments == {
+        "elements": (10, 6, 6),
+        "kind": "fine",
+    }
+    with pytest.raises(ph.errors.DataError, match="among the meshes"):
+        make_run("a", 1.0, mesh="section=Section(1.0)").mesh_arguments  # noqa: B018
 
 
 def test_measured_columns(pendulum):
