@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MARKERS = "osD^vP*X"
+#: Places of ticks in a decade, for axes of fewer decades than the number before.
+TICKS = ((0.7, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)), (2.0, (1.0, 2.0, 5.0)), (3.5, (1.0, 3.0)))
 
 
 def work_precision(study: WorkPrecisionStudy) -> Figure:
@@ -210,7 +212,7 @@ def _mark(axis: Axis, plain: bool = False) -> None:
     if decades < 0.3:  # as wide as holds a tick for certain
         margin = 10.0 ** (0.5 * (0.3 - decades))
         axis.set_view_interval(low / margin, high * margin, ignore=True)
-    subs = (1, 1.5, 2, 3, 5, 7) if decades < 0.7 else (1, 2, 5) if decades < 2.0 else (1,)
+    subs = next((subs for most, subs in TICKS if decades < most), (1.0,))
     axis.set_major_locator(LogLocator(subs=subs))
     axis.set_minor_locator(NullLocator())
     if plain and decades < 4.0:

@@ -249,9 +249,10 @@ def convergence(
         )
         for _, value in sized
     ]
+    known = None if reference is None else given(reference)
     measured = carry_out(jobs, executor, WHERE, progress)
     sizes = [size for size, _ in sized]
-    if reference is None:
+    if known is None:
         done = [(size, m.value) for size, m in zip(sizes, measured, strict=True) if m.value is not None]
         if len(done) < 3:
             failed = next(m for m in measured if not m.ok)
@@ -265,11 +266,11 @@ def convergence(
         lengths = [math.exp(-size) if over == "degree" else size for size, _ in done]
         truth = extrapolate(lengths, [value for _, value in done])
     else:
-        truth = given(reference)
+        truth = known
     errors = [truth.error_of(m.value) for m in measured]
     rates = pairwise_rates(over, sizes, errors)
     # what was extrapolated from the finest runs has them on a line, and nothing to leave out
-    floor = 0.0 if reference is None or math.isnan(truth.uncertainty) else truth.uncertainty
+    floor = 0.0 if known is None or math.isnan(truth.uncertainty) else truth.uncertainty
     steady = asymptotic_part(over, sizes, errors, floor)
     shared = executor is not None if shared_machine is None else shared_machine
     rows = [

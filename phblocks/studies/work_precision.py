@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -19,7 +19,7 @@ from phblocks.studies.notes import notes_of
 from phblocks.studies.quantity import Quantity, distance, observe
 from phblocks.studies.reference import Reference, given, refined
 from phblocks.studies.run import Job, MakeSystem, Mesh, Run, Setting
-from phblocks.studies.settings import Methods, named_methods, positive_values, require_function
+from phblocks.studies.settings import Methods, name_of, named_methods, positive_values, require_function
 from phblocks.studies.table import Table
 
 if TYPE_CHECKING:
@@ -119,9 +119,9 @@ def work_precision(
         function gets the whole solution.
     reference : Reference or array_like, optional
         The true value, one row for each time. By default more runs are made: one with the method of the highest
-        ``order``, half the smallest step, and the last mesh with ``elements`` doubled and ``degree`` raised by one
-        (where it has them); one with the full step; one with a mesh between. The uncertainty is a third of the two
-        differences, as if the order were two.
+        ``order``, without other options of its own, half the smallest step, and the last mesh with ``elements`` doubled
+        and ``degree`` raised by one (where it has them); one with the full step; one with a mesh between. The
+        uncertainty is a third of the two differences, as if the order were two.
     repeats : int, optional
         How often each run is timed.
     unit : str, optional
@@ -164,15 +164,10 @@ def work_precision(
         Job(make_system, Setting(mesh, dt, name, own), t_end, observed, repeats)
         for (name, own), mesh, dt in product(named.items(), chosen, sizes)
     ]
-    extra: list[Job] = []
-    if reference is None:
-        best = max(named, key=lambda name: getattr(named[name].get("method"), "order", 0))
-        finest, *coarser = refined(chosen[-1])
-        half = 0.5 * sizes[-1]
-        settings = [(finest, half), (finest, sizes[-1]), *((mesh, half) for mesh in coarser)]
-        extra = [Job(make_system, Setting(mesh, dt, best, named[best]), t_end, observed) for mesh, dt in settings]
+    known = None if reference is None else given(reference)
+    extra = _reference_jobs(jobs[-1], named, arguments) if known is None else []
     measured = carry_out([*extra, *jobs], executor, WHERE, progress)
-    truth = _computed(extra, measured[: len(extra)]) if reference is None else given(reference)
+    truth = known or _computed(extra, measured[: len(extra)])
     shared = executor is not None if shared_machine is None else shared_machine
     rows = [Run(**record(job, m, truth, shared)) for job, m in zip(jobs, measured[len(extra) :], strict=True)]
     return WorkPrecisionStudy(tuple(rows), truth)
@@ -186,6 +181,26 @@ def _require_meshes(meshes: object) -> list[Mesh]:
     if not meshes:
         raise DataError(f"{WHERE} meshes", expected="one or more", got="none", fix="Leave it out if there is one.")
     return list(meshes)
+
+
+def _reference_jobs(finest: Job, named: Mapping[str, Mapping[str, Any]], arguments: Mapping[str, Any]) -> list[Job]:
+    """The finest run, and those that tell how far it may be off: with the full step, and with a coarser mesh."""
+    # a method that chooses its steps itself has no order, and a smaller step does not make it better
+    candidates = [own.get("method") for own in named.values()]
+    fixed = [m for m in candidates if m is None or hasattr(m, "order")]
+    if not fixed:
+        raise StudyError(
+            f"{WHERE} reference",
+            expected="a method that a smaller step makes more accurate",
+            got=", ".join(named),
+            fix="Give a reference, or add such a method.",
+        )
+    best = max(fixed, key=lambda method: getattr(method, "order", 0))
+    own = {**arguments} if best is None else {**arguments, "method": best}
+    dt, half = finest.setting.dt, 0.5 * finest.setting.dt
+    mesh, *coarser = refined(finest.setting.mesh)
+    settings = [(mesh, half), (mesh, dt), *((other, half) for other in coarser)]
+    return [replace(finest, setting=Setting(mesh, dt, name_of(best), own), repeats=1) for mesh, dt in settings]
 
 
 def _computed(jobs: Sequence[Job], measured: Sequence[Measurement]) -> Reference:

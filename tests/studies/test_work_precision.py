@@ -79,7 +79,7 @@ def test_gap_is_that_of_the_two_positions(pendulum):
 
 def test_reference_is_finer_than_all(pendulum):
     """Elements doubled, degree raised, step halved; its uncertainty covers what a much finer run says."""
-    assert pendulum.reference.source == "midpoint, mesh elements=4, degree=3, dt = 0.005 s"
+    assert pendulum.reference.source == "Midpoint(), mesh elements=4, degree=3, dt = 0.005 s"
     truth = ph.simulate(scenes.pendulum(8, 4), 0.2, 0.001).position("beam", 1.0)[-1:]
     assert pendulum.reference.error_of(truth) <= pendulum.reference.uncertainty
     assert pendulum.reference.uncertainty < 0.3 * min(pendulum.column("error"))
@@ -87,11 +87,20 @@ def test_reference_is_finer_than_all(pendulum):
 
 
 def test_the_method_of_highest_order_gives_the_reference():
+    """In steps of its own, whatever else its entry asks for."""
+
     class Better(ph.Midpoint):
         order = 3
 
-    study = work_precision(scenes.oscillator, [ph.Midpoint(), Better()], [0.1], quantity=MASS, t_end=1.0, repeats=1)
-    assert study.reference.source.startswith("Better(")
+    methods = {"midpoint": ph.Midpoint(), "better": {"method": Better(), "max_halvings": 0}}
+    study = work_precision(scenes.oscillator, methods, [0.1], quantity=MASS, t_end=1.0, repeats=1)
+    assert study.reference.source == "Better(), mesh default, dt = 0.05 s"
+
+
+def test_methods_without_an_order_give_no_reference():
+    """Those choose their steps themselves: half the step would make them no better, and look certain."""
+    with pytest.raises(ph.errors.StudyError, match="Give a reference"):
+        work_precision(scenes.oscillator, {"own steps": object()}, [0.1], quantity=MASS, t_end=1.0)
 
 
 def test_errors_against_a_reference_that_is_given():
