@@ -109,7 +109,7 @@ def _explained(name: str, job: Job, error: Exception) -> Exception:
     return StudyError(
         f"{name} executor",
         expected="workers that return what they measured",
-        got=f"{type(error).__name__}: {error}",
+        got=" ".join(f"{type(error).__name__}: {error}".split()).rstrip("."),
         fix='In a script, start the study under if __name__ == "__main__": and define its functions in the file; '
         "a worker may also have run out of memory.",
     )
