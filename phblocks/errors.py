@@ -156,3 +156,15 @@ class ExportError(PhblocksError, ValueError):
     """A file cannot be written or read."""
 
     code = "PH501"
+
+
+class StudyError(PhblocksError, RuntimeError):
+    """A study cannot be carried out (its reference fails, a worker is lost), or has no such result."""
+
+    code = "PH601"
+
+
+class UnreachedError(PhblocksError, ValueError):
+    """No setting of a study reaches what is asked for."""
+
+    code = "PH602"

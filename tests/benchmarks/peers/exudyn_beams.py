@@ -1,7 +1,8 @@
 """The scenes of the accuracy page in Exudyn, a C++ multibody code: its geometrically exact planar beam.
 
 Generalised-alpha with Newton's absolute and relative tolerance 1e-4, sparse Eigen solver, results kept in memory at the
-times asked for only; what Exudyn's own examples do. ``pip install exudyn``; Johannes Gerstmayr, doi:10.1007/s11044-023-09937-1.
+times asked for only; what Exudyn's own examples do. ``pip install exudyn``;
+J. Gerstmayr, Exudyn, Multibody System Dynamics 60 (2024), doi:10.1007/s11044-023-09937-1.
 """
 
 from __future__ import annotations
