@@ -174,18 +174,19 @@ def _merges(network: Network, conflict: Conflict) -> Iterator[Step]:
             yield Step("merge", found[1], join)
 
 
-def _meetings(network: Network, conflict: Conflict) -> Iterator[tuple[Meeting, Callable[[Network], Meeting]]]:
-    """Where parts that all give meet at the junction of a conflict, and how to find that again."""
+def _meetings(network: Network, conflict: Conflict) -> Iterator[tuple[Meeting, Callable[[Network], Meeting | None]]]:
+    """Where parts that all give meet at the junction of a conflict, and how to find that again.
+
+    After another step it may not be there any more: what joins translations takes the rotations of a weld along.
+    """
     places = set(conflict.junction.ports)
     places |= {a.translation for p in conflict.junction.ports if (a := p.anchor) is not None}
     for junction in network.junctions():
         ports = junction.ports
         if places & {p for p in ports if not p.block.shared} and (meeting := Meeting.of(network, ports)) is not None:
 
-            def again(network: Network, ports: tuple[Port, ...] = ports) -> Meeting:
-                found = Meeting.of(network, ports)
-                assert found is not None
-                return found
+            def again(network: Network, ports: tuple[Port, ...] = ports) -> Meeting | None:
+                return Meeting.of(network, ports)
 
             yield meeting, again
 
@@ -205,10 +206,11 @@ def _compliances(network: Network, forms: Forms, conflict: Conflict, known: Coll
 
         def soften(
             network: Network,
-            again: Callable[[Network], Meeting] = again,
+            again: Callable[[Network], Meeting | None] = again,
             make: Callable[[str], Block] = make,
         ) -> Network:
-            return mounted(network, again(network), make)
+            meeting = again(network)
+            return network if meeting is None else mounted(network, meeting, make)
 
         kind, unit = ("torsion spring", "N m/rad") if turns else ("bushing", "N/m")
         size = f"{found.value:.3g} {unit}"
@@ -249,8 +251,10 @@ def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
     """A joint force of its own for parts that all give velocity."""
     for meeting, again in _meetings(network, conflict):
 
-        def hold(network: Network, again: Callable[[Network], Meeting] = again) -> Network:
+        def hold(network: Network, again: Callable[[Network], Meeting | None] = again) -> Network:
             meeting = again(network)
+            if meeting is None:
+                return network
 
             def make(name: str) -> Block:
                 if meeting.joint.domain is ROTATION:

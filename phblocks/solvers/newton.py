@@ -114,6 +114,7 @@ class Newton:
         if limit < 1:
             raise DataError("Newton max_iterations", expected="at least 1", got=repr(limit), fix="Use 15.")
 
+    @np.errstate(all="ignore")  # numbers that are not finite end the iteration
     def solve(
         self, stage: Equation, solver: LinearSolver, guess: Floats, size: float, kept: bool = False
     ) -> tuple[Floats | None, int]:

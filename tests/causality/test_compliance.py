@@ -176,3 +176,20 @@ def test_dampers_alone_suggest_no_mass():
     (repair,) = d.check().repairs
     whole = repair.apply(d).network.blocks["a-b"]
     assert repair.what == "make one damper of 'a' and 'b' in series" and whole.damping == pytest.approx(0.75)
+
+
+def test_repairs_of_a_weld_in_conflict_in_both_domains():
+    """Translations and rotations of a weld are in conflict; what joins the translations takes the rotations along."""
+    d = ph.Diagram()
+    ends = [
+        ph.Beam(n, SOFT, (0.0, 0.0), e, elements=1, causality="free-free") for n, e in (("a", (1, 0)), ("b", (0, 1)))
+    ]
+    a, b = (d.add(beam) for beam in ends)
+    d.weld(a.start, b.start, d.ground)
+    report = d.check()
+    assert len(report.conflicts) == 2
+    assert {r.cost.stiffness is not None for r in report.repairs} == {True, False}
+    for repair in report.repairs:
+        system = repair.apply(d).compile()
+        solution = ph.simulate(system, 0.02, 0.002, start=system.rigid_motion(velocity=(0.0, 0.1)))
+        assert solution.max_power_balance_error < 1e-11 * max(1.0, solution.energy.total.max())
