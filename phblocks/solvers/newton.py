@@ -199,6 +199,7 @@ class ModifiedNewton(Newton):
         if not 0.0 < slow < 1.0:
             raise DataError("ModifiedNewton slow", expected="a number in (0, 1)", got=repr(slow), fix="Use 0.3.")
 
+    @np.errstate(all="ignore")  # numbers that are not finite end the iteration
     def solve(
         self, stage: Equation, solver: LinearSolver, guess: Floats, size: float, kept: bool = False
     ) -> tuple[Floats | None, int]:

@@ -16,7 +16,7 @@ class Plain:
     [
         (None, "default"),
         (ph.Midpoint(), "Midpoint()"),
-        (ph.Midpoint(newton=ph.Newton(), allow_energy_error=True), "Midpoint(allow_energy_error=True)"),
+        (ph.Midpoint(newton=ph.ModifiedNewton(), allow_energy_error=True), "Midpoint(allow_energy_error=True)"),
         (Plain(), "Plain(3)"),
         (ph.Midpoint, repr(ph.Midpoint)),
     ],

@@ -38,7 +38,7 @@ def test_one_row_a_combination(pendulum):
     assert pendulum.column("steps") == [10, 20] * 4
     assert pendulum.column("states") == [17, 17, 29, 29] * 2
     assert not any(pendulum.column("shared_machine"))
-    assert pendulum[0].settings.startswith("method=Midpoint(newton=Newton(tolerance=1e-15")
+    assert pendulum[0].settings.startswith("method=Midpoint(newton=ModifiedNewton(tolerance=1e-15")
 
 
 def test_a_row_can_be_run_again(pendulum):
