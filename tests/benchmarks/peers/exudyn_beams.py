@@ -17,9 +17,9 @@ from typing import Any
 
 sys.exudynFast = True  # type: ignore[attr-defined]  # Exudyn asks for it, before it is imported
 
-import exudyn as exu
-import numpy as np
-from exudyn.itemInterface import (
+import exudyn as exu  # noqa: E402
+import numpy as np  # noqa: E402
+from exudyn.itemInterface import (  # noqa: E402
     LoadForceVector,
     LoadMassProportional,
     LoadTorqueVector,
@@ -34,7 +34,7 @@ from exudyn.itemInterface import (
     SensorNode,
     SensorUserFunction,
 )
-from exudyn.solver import ComputeLinearizedSystem
+from exudyn.solver import ComputeLinearizedSystem  # noqa: E402
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Point = tuple[float, float]
