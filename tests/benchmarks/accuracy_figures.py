@@ -59,7 +59,8 @@ def draw(
                     color=colours[method],
                     marker=marker(shown[0]),
                     markersize=5.0,
-                    linewidth=0.9,
+                    linewidth=0.7,
+                    alpha=0.8,
                     linestyle="--" if "modified" in method else "-",
                     markerfacecolor="white" if method in peers else None,
                     zorder=3,
@@ -86,5 +87,5 @@ def draw(
     figure.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize="small")
     axes["error"].set_title(title, fontsize="medium")
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=90)
+    figure.savefig(path, dpi=80)
     plt.close(figure)
