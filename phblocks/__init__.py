@@ -4,7 +4,7 @@ The names below are in the order of their use: make sections and blocks, join th
 compile it to a system, simulate it, read the solution.
 """
 
-from phblocks import errors, plots
+from phblocks import errors, plots, studies
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.load import LineLoad
@@ -27,9 +27,13 @@ from phblocks.nesting import Nested
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
 from phblocks.results.solution import Solution
 from phblocks.simulation import simulate
+from phblocks.solvers.adaptive import Adaptive
 from phblocks.solvers.discrete_gradient import DiscreteGradient
+from phblocks.solvers.gauss_legendre import GaussLegendre
+from phblocks.solvers.linearly_implicit import LinearlyImplicit
 from phblocks.solvers.midpoint import Midpoint
-from phblocks.solvers.newton import Newton
+from phblocks.solvers.newton import ModifiedNewton, Newton
+from phblocks.solvers.scipy_ivp import ScipyIVP
 from phblocks.system import State, System
 
 __all__ = [
@@ -37,6 +41,7 @@ __all__ = [
     "HYDRAULIC",
     "ROTATION",
     "TRANSLATION",
+    "Adaptive",
     "Anchor",
     "AngularVelocity",
     "Beam",
@@ -52,11 +57,14 @@ __all__ = [
     "DiscreteGradient",
     "Domain",
     "Force",
+    "GaussLegendre",
     "Gyrator",
     "Inductor",
     "LineLoad",
+    "LinearlyImplicit",
     "Mass",
     "Midpoint",
+    "ModifiedNewton",
     "Moment",
     "Nested",
     "Newton",
@@ -67,6 +75,7 @@ __all__ = [
     "Resistor",
     "RigidBody",
     "RigidJoint",
+    "ScipyIVP",
     "Section",
     "Slider",
     "Solution",
@@ -83,5 +92,6 @@ __all__ = [
     "errors",
     "plots",
     "simulate",
+    "studies",
 ]
 __version__ = "0.1.0"

@@ -147,7 +147,7 @@ class StructureError(PhblocksError, ValueError):
 
 
 class MethodError(PhblocksError, ValueError):
-    """A time method does not keep the energy of the system it is asked to integrate."""
+    """A time method does not suit a system: it would not keep its energy, or cannot integrate it."""
 
     code = "PH402"
 
@@ -156,3 +156,15 @@ class ExportError(PhblocksError, ValueError):
     """A file cannot be written or read."""
 
     code = "PH501"
+
+
+class StudyError(PhblocksError, RuntimeError):
+    """A study cannot be carried out (its reference fails, a worker is lost), or has no such result."""
+
+    code = "PH601"
+
+
+class UnreachedError(PhblocksError, ValueError):
+    """No setting of a study reaches what is asked for."""
+
+    code = "PH602"

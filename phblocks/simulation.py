@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
@@ -17,12 +16,16 @@ from phblocks.inputs import Drive, NotFinite
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
 from phblocks.results.status import Statistics, Status
+from phblocks.solvers.adaptive import Adaptive, AdaptiveSteps, ErrorNorm
 from phblocks.solvers.discrete_gradient import DiscreteGradient
-from phblocks.solvers.midpoint import Midpoint, MidpointStepper
-from phblocks.solvers.step import Step
+from phblocks.solvers.equal_steps import EqualSteps
+from phblocks.solvers.method import Integrator, Method, Walk
+from phblocks.solvers.midpoint import Midpoint
+from phblocks.solvers.schedule import Schedule
+from phblocks.solvers.step import StepFailed
 from phblocks.system import State, System, consistent_start
 from phblocks.system.states import require_state
-from phblocks.triplets import Floats
+from phblocks.triplets import real_array
 
 #: A run of more steps is taken for a mistake in its arguments.
 MOST_STEPS = 1e9
@@ -34,11 +37,13 @@ def simulate(
     system: System,
     t_end: float,
     dt: float,
-    method: Midpoint | DiscreteGradient | None = None,
+    method: Method | Integrator | None = None,
     start: State | None = None,
     inputs: Mapping[str, Signal] | None = None,
     save_every: int = 1,
     max_halvings: int = 12,
+    adaptive: Adaptive | None = None,
+    times: ArrayLike | None = None,
     progress: bool | None = None,
 ) -> Solution:
     """Integrate a system in time.
@@ -57,10 +62,11 @@ def simulate(
     t_end : float
         Duration, s, at least dt.
     dt : float
-        Step, s; the last one is shorter if dt does not divide t_end.
-    method : Midpoint or DiscreteGradient, optional
+        Step, s; the last one is shorter if dt does not divide t_end. The first step if the steps are adapted.
+    method : Method or Integrator, optional
         Time method with its options; by default ``Midpoint()``, or ``DiscreteGradient()`` if the system has an energy
-        that is not quadratic.
+        that is not quadratic. Others: ``GaussLegendre``, ``LinearlyImplicit``, ``ScipyIVP``, or one of your own that
+        satisfies :class:`~phblocks.solvers.method.Method`.
     start : State, optional
         Where to start from, see ``system.rigid_motion`` and ``solution.at``; the initial configuration at rest by
         default.
@@ -72,6 +78,11 @@ def simulate(
         Save every so many steps; balances are kept over all steps nevertheless.
     max_halvings : int, optional
         How often a failed step is halved before the run ends.
+    adaptive : Adaptive, optional
+        Adapt the steps to tolerances; energy is kept all the same.
+    times : array_like, optional
+        Save at these times, s, increasing, instead of every so many steps; the start and the end are saved too. Steps
+        are shortened to end there, so that the states are as accurate as any others and balances are kept.
     progress : bool, optional
         Show a progress bar; by default if a terminal is attached and the run takes longer than a second.
 
@@ -93,12 +104,19 @@ def simulate(
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")
     if method is None:
         method = Midpoint() if system.quadratic else DiscreteGradient()
-    if not isinstance(method, (Midpoint, DiscreteGradient)):
+    if isinstance(method, type) or not isinstance(method, (Method, Integrator)):
         raise ArgumentTypeError(
             "simulate method",
             expected="a method such as ph.Midpoint()",
             got=repr(method),
             fix="Make one first.",
+        )
+    if adaptive is not None and (not isinstance(adaptive, Adaptive) or isinstance(method, Integrator)):
+        raise ArgumentTypeError(
+            "simulate adaptive",
+            expected="options such as ph.Adaptive(), with a method that does not choose its steps itself",
+            got=f"{adaptive!r} with {method!r}",
+            fix="Make them first, or leave them out.",
         )
     _require_time("dt", dt, 0.0)
     _require_time("t_end", t_end, dt)
@@ -107,6 +125,14 @@ def simulate(
         if wrong or value < least:
             error = ArgumentTypeError if wrong else DataError
             raise error(f"simulate {name}", expected=f"an integer >= {least}", got=repr(value), fix="Correct it.")
+    if t_end > MOST_STEPS * dt:
+        raise DataError(
+            "simulate dt",
+            expected=f"at most {MOST_STEPS:g} steps in a run",
+            got=f"t_end = {t_end!r} and dt = {dt!r}",
+            fix="t_end comes first, then dt, both in s.",
+        )
+    schedule = Schedule(t_end, dt, save_every, None if times is None else _require_times(times, t_end))
     state = system.start if start is None else require_state(system, start, "simulate start")
     state = state if system.quadratic else State(system.settled(state.x), state.theta, state.points)
     drive = Drive(system, {} if inputs is None else inputs)
@@ -115,98 +141,82 @@ def simulate(
     if system.is_dae:
         with suppress(NotFinite):  # the first step will say so
             state, change = consistent_start(system, state, drive.at([0.0])[0])
-    stepper = method.prepare(system)
-    recorder = Recorder(system, stepper.stage, stepper.weights, 0.0, state)
-    run = _Run(stepper, drive, stepper.stage.pack(state.x), state.theta, max_halvings)
-    if t_end > MOST_STEPS * dt:
-        raise DataError(
-            "simulate dt",
-            expected=f"at most {MOST_STEPS:g} steps in a run",
-            got=f"t_end = {t_end!r} and dt = {dt!r}",
-            fix="t_end comes first, then dt, both in s.",
-        )
-    steps = max(1, math.ceil(t_end / dt - 1e-9))
+    walk: Walk
+    if isinstance(method, Integrator):
+        walk = method.integrate(system, drive, state, schedule)
+    else:
+        stepper = method.prepare(system)
+        x = stepper.stage.pack(state.x)
+        if adaptive is None:
+            walk = EqualSteps(stepper, drive, x, state.theta, schedule, max_halvings)
+        else:
+            norm, limits = ErrorNorm(system, adaptive), (adaptive.shortest, adaptive.longest)
+            walk = AdaptiveSteps(stepper, drive, x, state.theta, schedule, norm, method.order, limits)
+    recorder = Recorder(system, walk.stage, walk.weights, 0.0, state)
     preparation, clock = perf_counter() - clock, perf_counter()
-    with tqdm(
-        total=steps,
-        desc=system.name,
-        unit="step",
-        delay=1.0,
-        disable=None if progress is None else not progress,
-    ) as bar:
-        for k in range(steps):
-            t0, t1 = k * dt, t_end if k == steps - 1 else (k + 1) * dt
-            save = (k + 1) % save_every == 0 or k == steps - 1
-            # the differences of times vary by round-off, which would cost a linear system its kept factor
-            h = dt if abs(t1 - t0 - dt) <= 1e-9 * dt else t1 - t0
-            if not run.advance(t0, h, t1, recorder, save):
-                break
-            bar.update()
+    status, iterations, lag = _run(walk, recorder, t_end, system.name, progress)
     recording = recorder.finish()
     statistics = Statistics(
-        steps=run.steps,
-        halvings=run.halvings,
-        newton_iterations=np.array(run.iterations, dtype=np.int64),
+        steps=walk.steps,
+        halvings=walk.halvings,
+        newton_iterations=np.array(iterations, dtype=np.int64),
         preparation_seconds=preparation,
         loop_seconds=perf_counter() - clock,
         start_energy_change=change,
+        rejections=walk.rejections,
+        lag=np.array(lag),
     )
-    return Solution(system, recording, run.status, statistics)
+    return Solution(system, recording, status, statistics)
 
 
-@dataclass
-class _Run:
-    """The state of a run and how it goes on."""
+def _run(
+    walk: Walk, recorder: Recorder, t_end: float, name: str, progress: bool | None
+) -> tuple[Status, list[int], list[float]]:
+    """Go all the way, or as far as it goes; count iterations and lags of the steps."""
+    t, iterations, lag = 0.0, [], []
+    bar = tqdm(
+        total=t_end,
+        desc=name,
+        delay=1.0,
+        disable=None if progress is None else not progress,
+        bar_format="{l_bar}{bar}| {n:.4g}/{total:.4g} s [{elapsed}<{remaining}]",
+    )
+    status = Status.success()
+    with bar:
+        try:
+            for step, at, save in walk:
+                recorder.add(step, at if save else None)
+                iterations.append(step.iterations)
+                lag.append(step.lag)
+                bar.update(at - t)
+                t = at
+        except NotFinite as error:
+            status = Status.input_not_finite(error.time, error.name)
+        except StructureError as error:
+            status = Status.structure_lost(t, error)
+        except StepFailed as error:
+            status = Status.step_failed(error.time, error.dt, error.why)
+    if not status.ok:
+        recorder.save_last(t)
+    return status, iterations, lag
 
-    stepper: MidpointStepper
-    drive: Drive
-    x: Floats
-    theta: Floats
-    max_halvings: int
-    steps: int = 0
-    halvings: int = 0
 
-    def __post_init__(self) -> None:
-        self.iterations: list[int] = []
-        self.status = Status.success()
-
-    def advance(self, t0: float, length: float, t1: float, recorder: Recorder, save: bool) -> bool:
-        """Go from t0 to t1 = t0 + length, in one step if possible; say whether t1 was reached."""
-        done, parts, t = 0, 1, t0  # the interval is cut into `parts`, of which `done` are behind us
-        while done < parts:
-            h = length / parts
-            t = t0 + done * h
-            try:
-                u = self.drive.at([t + c * h for c in self.stepper.nodes])
-            except NotFinite as error:
-                self.status = Status.input_not_finite(error.time, error.name)
-                recorder.save_last(t)
-                return False
-            step = self.stepper.step(self.x, self.theta, h, u)
-            if step is None:
-                if parts >= 2**self.max_halvings:
-                    self.status = Status.step_failed(t, h, self.stepper.stage.why)
-                    recorder.save_last(t)
-                    return False
-                done, parts = 2 * done, 2 * parts
-                self.halvings += 1
-                continue
-            done += 1
-            try:
-                recorder.add(step, t1 if save and done == parts else None)
-            except StructureError as error:
-                self.status = Status.structure_lost(t, error)
-                recorder.save_last(t)
-                return False
-            self._accept(step)
-            while parts > 1 and done % 2 == 0 and done < parts:
-                done, parts = done // 2, parts // 2  # what is left is tried in longer steps again
-        return True
-
-    def _accept(self, step: Step) -> None:
-        self.x, self.theta = step.x, step.theta
-        self.steps += 1
-        self.iterations.append(step.iterations)
+def _require_times(times: ArrayLike, t_end: float) -> tuple[float, ...]:
+    """Check times to be saved; append the end."""
+    array = real_array(times)
+    if array is None:
+        raise ArgumentTypeError("simulate times", expected="numbers, s", got=repr(times), fix="Give a list of times.")
+    flat = np.atleast_1d(array)
+    fine = flat.ndim == 1 and np.isfinite(flat).all() and (np.diff(flat) > 0.0).all()
+    if not fine or (flat.size and not (flat[0] > 0.0 and flat[-1] <= t_end)):
+        raise DataError(
+            "simulate times",
+            expected=f"increasing times after 0 s and up to t_end = {t_end!r} s",
+            got=repr(times),
+            fix="Sort them; the start is saved anyway.",
+        )
+    inside = [float(t) for t in flat if t < t_end * (1.0 - 1e-12)]
+    return (*inside, float(t_end))
 
 
 def _require_time(name: str, value: object, least: float) -> None:

@@ -27,6 +27,8 @@ KINDS = {
     "StructureError": (ValueError, "PH401"),
     "MethodError": (ValueError, "PH402"),
     "ExportError": (ValueError, "PH501"),
+    "StudyError": (RuntimeError, "PH601"),
+    "UnreachedError": (ValueError, "PH602"),
 }
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.frames import rotate
-from phblocks.solvers.stage import StageEquation
+from phblocks.solvers.method import Unknowns
 from phblocks.solvers.step import Step
 from phblocks.system import State, System
 from phblocks.triplets import Floats, Ints, Triplets
@@ -121,7 +121,7 @@ class Recorder:
     ----------
     system : System
         The system that is integrated.
-    stage : StageEquation
+    stage : Unknowns
         For changing unknowns to states.
     weights : tuple of float
         Of the stages of the method.
@@ -132,7 +132,7 @@ class Recorder:
     """
 
     system: System
-    stage: StageEquation
+    stage: Unknowns
     weights: tuple[float, ...]
     t: float
     start: State
@@ -228,6 +228,9 @@ class Recorder:
         u = np.concatenate([s.u for s in steps])
         x = self.stage.unpack(np.array([s.x for s in steps]))
         losses = [np.concatenate(of_one) for of_one in zip(*self._losses, strict=True)]
+        frozen = z
+        if any(s.frozen is not None for s in steps):
+            frozen = self.stage.unpack(np.concatenate([s.z if s.frozen is None else s.frozen for s in steps]))
         per_step = len(self.weights)
 
         def by_step(values: Floats) -> Floats:
@@ -235,11 +238,12 @@ class Recorder:
             weighted: Floats = values.reshape(weight.size, -1) * weight[:, None]
             return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
 
-        points = self._points + np.cumsum(
-            by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape), axis=0
-        )
+        moved = by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape)
+        points = self._points + np.cumsum(moved, axis=0)
+        if steps[-1].points is not None:  # the method integrates them itself
+            points = np.array([s.points for s in steps])
         integral = self._integral + np.cumsum(by_step(u), axis=0)
-        rates = self._books.rates(theta_z, z, u, losses)
+        rates = self._books.rates(theta_z, z, frozen, u, losses)
         flows = {key: by_step(rate) for key, rate in rates.items()}
         between_ports = flows.pop("between_ports")
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
@@ -376,12 +380,13 @@ class _Books:
         angle = self.system.point_angles.at(theta.T).T
         return rotate(angle, material)
 
-    def rates(self, theta: Floats, x: Floats, u: Floats, losses: list[Floats]) -> dict[str, Floats]:
+    def rates(self, theta: Floats, x: Floats, frozen: Floats, u: Floats, losses: list[Floats]) -> dict[str, Floats]:
         """Powers at the stages: through connections (by the matrices, and by the ports), inputs, dampings.
 
-        ``losses`` are the R(x) of modulations at the stages, each of shape (stages, a, a).
+        Lines have the directions they have in the states ``frozen``; ``losses`` are the R(x) of modulations at the
+        stages, each of shape (stages, a, a).
         """
-        phi, z = self.system.features(theta.T, x.T).T, self.system.sharing.expand(x)
+        phi, z = self.system.features(theta.T, frozen.T).T, self.system.sharing.expand(x)
         i, j, f = self._flow.indices
         transferred = self._flow_sum @ (self._flow.values * phi[:, f] * z[:, j] * z[:, i]).T
         i, k, f = self._input.indices
@@ -395,7 +400,7 @@ class _Books:
             dissipated[:, self._block[on[0]]] += np.einsum("ti,tij,tj->t", w, R, w)
         return {
             "transferred": transferred.T,
-            "between_ports": self.system.connections.exchange.powers(self.system.lines, theta, x, z),
+            "between_ports": self.system.connections.exchange.powers(self.system.lines, theta, frozen, z),
             "supplied": (self._input_sum @ supply).T,
             "supplied_to": (self._input_block_sum @ supply).T,
             "dissipated": dissipated,

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from phblocks.errors import StructureError, UnknownNameError
 from phblocks.triplets import Floats, Ints
@@ -131,6 +133,11 @@ class Statistics:
         Time before and in the time loop, s.
     start_energy_change : float
         Stored energy that the start gained when it was projected on the constraints, J; 0 if it satisfied them.
+    rejections : int, optional
+        Steps whose estimated error was too large and that were repeated with a shorter one.
+    lag : numpy.ndarray, optional
+        Consistency of a linearly implicit method, of each accepted step, shape (steps,): how far the extrapolated
+        state that fixed the structure was from the state in the middle, in the energy norm, relative.
     """
 
     steps: int
@@ -139,14 +146,19 @@ class Statistics:
     preparation_seconds: float
     loop_seconds: float
     start_energy_change: float = 0.0
+    rejections: int = 0
+    lag: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __str__(self) -> str:
         """Summarise in one line."""
         mean = float(self.newton_iterations.mean()) if self.newton_iterations.size else 0.0
         projected = f", start projected ({self.start_energy_change:+.3g} J)" if self.start_energy_change else ""
+        rejected = f", {self.rejections} rejections" if self.rejections else ""
+        largest = float(self.lag.max(initial=0.0))
+        lagging = f", structure off by {largest:.2g}" if largest else ""
         return (
-            f"{self.steps} steps, {mean:.2f} Newton iterations a step, {self.halvings} halvings, "
-            f"{self.loop_seconds:.3g} s{projected}"
+            f"{self.steps} steps, {mean:.2f} Newton iterations a step, {self.halvings} halvings{rejected}, "
+            f"{self.loop_seconds:.3g} s{lagging}{projected}"
         )
 
 

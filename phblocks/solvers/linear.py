@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.linalg import lapack
 from scipy.sparse.linalg import splu
 
@@ -50,7 +51,7 @@ class LinearSolver(Protocol):
 
 
 class BandedSolver:
-    """LAPACK ``dgbtrf`` and ``dgbtrs`` on one reused array.
+    """LAPACK ``gbtrf`` and ``gbtrs`` on one reused array.
 
     Parameters
     ----------
@@ -58,6 +59,8 @@ class BandedSolver:
         Places of the entries.
     n : int
         Number of unknowns.
+    kind : type, optional
+        Of the entries, float or complex.
 
     Attributes
     ----------
@@ -65,10 +68,12 @@ class BandedSolver:
         Half-bandwidth.
     """
 
-    def __init__(self, rows: Ints, columns: Ints, n: int) -> None:
+    def __init__(self, rows: Ints, columns: Ints, n: int, kind: type = float) -> None:
         self.width = max(1, int(np.abs(rows - columns).max(initial=0)))
         height = 3 * self.width + 1
-        self._flat = np.zeros(height * n)
+        self._flat: NDArray[Any] = np.zeros(height * n, dtype=kind)
+        self._gbtrf = lapack.dgbtrf if kind is float else lapack.zgbtrf
+        self._gbtrs = lapack.dgbtrs if kind is float else lapack.zgbtrs
         self._band = self._flat.reshape((height, n), order="F")
         self._spot = columns * height + 2 * self.width + rows - columns
         self._factor = self._band
@@ -89,7 +94,7 @@ class BandedSolver:
         """
         self._flat.fill(0.0)
         self._flat[self._spot] = data
-        self._factor, self._pivots, info = lapack.dgbtrf(self._band, self.width, self.width, overwrite_ab=1)
+        self._factor, self._pivots, info = self._gbtrf(self._band, self.width, self.width, overwrite_ab=1)
         return bool(info == 0)
 
     def solve(self, b: Floats) -> Floats:
@@ -105,7 +110,7 @@ class BandedSolver:
         numpy.ndarray
             Shape (n,).
         """
-        x, _ = lapack.dgbtrs(self._factor, self.width, self.width, b, self._pivots)
+        x, _ = self._gbtrs(self._factor, self.width, self.width, b, self._pivots)
         return np.asarray(x)
 
 
@@ -118,13 +123,15 @@ class SparseSolver:
         Places of the entries, sorted by rows.
     n : int
         Number of unknowns.
+    kind : type, optional
+        Of the entries, float or complex.
     """
 
-    def __init__(self, rows: Ints, columns: Ints, n: int) -> None:
+    def __init__(self, rows: Ints, columns: Ints, n: int, kind: type = float) -> None:
         order = np.lexsort((rows, columns))
         self._order = order
         indptr = np.searchsorted(columns[order], np.arange(n + 1))
-        self._matrix = sp.csc_array((np.zeros(order.size), rows[order], indptr), shape=(n, n))
+        self._matrix = sp.csc_array((np.zeros(order.size, dtype=kind), rows[order], indptr), shape=(n, n))
 
     def factorise(self, data: Floats) -> bool:
         """Factorise; return False if the matrix is singular.
@@ -162,7 +169,7 @@ class SparseSolver:
         return np.asarray(self._factor.solve(b))
 
 
-def linear_solver(rows: Ints, columns: Ints, n: int) -> LinearSolver:
+def linear_solver(rows: Ints, columns: Ints, n: int, kind: type = float) -> LinearSolver:
     """Choose a solver for a pattern.
 
     Parameters
@@ -171,6 +178,8 @@ def linear_solver(rows: Ints, columns: Ints, n: int) -> LinearSolver:
         Places of the entries, sorted by rows.
     n : int
         Number of unknowns.
+    kind : type, optional
+        Of the entries, float or complex.
 
     Returns
     -------
@@ -178,4 +187,4 @@ def linear_solver(rows: Ints, columns: Ints, n: int) -> LinearSolver:
         Banded up to a half-bandwidth of :data:`WIDEST_BAND`.
     """
     width = int(np.abs(rows - columns).max(initial=0))
-    return BandedSolver(rows, columns, n) if width <= WIDEST_BAND else SparseSolver(rows, columns, n)
+    return (BandedSolver if width <= WIDEST_BAND else SparseSolver)(rows, columns, n, kind)

@@ -3,16 +3,75 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.solvers.linear import LinearSolver
-from phblocks.solvers.stage import StageEquation
-from phblocks.triplets import Floats
+from phblocks.triplets import Floats, Ints
 
 #: States with energy that are smaller than this, relative to the forces of joints, are round-off.
 HELD = 1e-12
+#: An update with an old factor that is this many times as large as the guess is not believed.
+FAR = 100.0
+
+
+class Equation(Protocol):
+    """What is solved: a stage, or all stages of a step together."""
+
+    @property
+    def carrying(self) -> slice | Ints:
+        """The unknowns with a rate."""
+        ...
+
+    def residual(self, z: Floats) -> Floats:
+        """Evaluate the residual.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns.
+
+        Returns
+        -------
+        numpy.ndarray
+            Of the shape of z.
+        """
+        ...
+
+    def evaluate(self, z: Floats) -> tuple[Floats, Floats]:
+        """Evaluate residual and Jacobian.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns.
+
+        Returns
+        -------
+        residual : numpy.ndarray
+            Of the shape of z.
+        jacobian : numpy.ndarray
+            What the solver factorises.
+        """
+        ...
+
+    def round_off(self, z: Floats) -> float:
+        """Estimate the round-off in the residual at the last evaluation.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns.
+
+        Returns
+        -------
+        float
+            Of its Euclidean norm.
+        """
+        ...
+
 
 #: An update of this relative size may be followed by one of its square times this.
 CURVATURE = 10.0
@@ -57,20 +116,22 @@ class Newton:
 
     @np.errstate(all="ignore")  # numbers that are not finite end the iteration
     def solve(
-        self, stage: StageEquation, solver: LinearSolver, guess: Floats, size: float
+        self, stage: Equation, solver: LinearSolver, guess: Floats, size: float, kept: bool = False
     ) -> tuple[Floats | None, int]:
         """Solve a stage equation that has begun.
 
         Parameters
         ----------
-        stage : StageEquation
-            With its data fixed by ``begin``.
+        stage : Equation
+            With its data fixed.
         solver : LinearSolver
             For its pattern.
         guess : numpy.ndarray
-            Shape (n,), in scaled, reordered unknowns.
+            Shape (n,) or (n, stages), in scaled, reordered unknowns.
         size : float
             Norm of the state the tolerance is relative to.
+        kept : bool, optional
+            The solver holds a factor of a similar matrix. The exact Newton method has no use for it.
 
         Returns
         -------
@@ -79,31 +140,129 @@ class Newton:
         iterations : int
             Number of linear solves.
         """
-        z, last, last_moved, carrying, least = guess, 0.0, 0.0, stage.carrying, size
+        z, progress = guess, _Progress(stage, size)
         for iteration in range(1, self.max_iterations + 1):
             residual, jacobian = stage.evaluate(z)
             if not solver.factorise(jacobian):
                 return None, iteration
             update = solver.solve(residual)
             z = z - update
-            change = float(np.linalg.norm(update))
-            # states without energy follow from the others: a large first correction of them, which their guess may
-            # need, says nothing about how fast the others converge
-            moved = float(np.linalg.norm(update[carrying]))
-            if not np.isfinite(change):
+            if not progress.add(z, update):
                 return None, iteration
-            size = max(least, float(np.linalg.norm(z[carrying])))
-            ratio = max(change / last, moved / last_moved if last_moved > 0.0 else 0.0) if iteration > 1 else np.inf
+            change, ratio = progress.change, progress.ratio
             # convergence is quadratic: the next update would be about change * ratio**2
-            if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * size):
-                if iteration == 2 and CURVATURE * change**2 > self.tolerance * size**2:
+            if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * progress.size):
+                if iteration == 2 and CURVATURE * change**2 > self.tolerance * progress.size**2:
                     # a first update nearly all along linear directions tells nothing of how the others converge
-                    return z - solver.solve(stage.evaluate(z)[0]), iteration + 1
+                    return z - solver.solve(stage.residual(z)), iteration + 1
                 return z, iteration
-            # where joints hold everything, the states with energy are nothing but round-off of the joints' forces
-            whole = float(np.linalg.norm(z))
-            near = change <= 1e-8 * (whole if size <= HELD * whole else size)
-            if near and ratio > 0.1 and np.linalg.norm(residual) <= 1e3 * stage.round_off(z):
-                return z, iteration  # the round-off floor: no further iteration can improve it
-            last, last_moved = change, moved
+            if ratio > 0.1 and progress.at_floor(z, residual):
+                return z, iteration
         return None, self.max_iterations
+
+
+@dataclass(frozen=True)
+class ModifiedNewton(Newton):
+    """Newton's method with a factor that is kept until convergence slows.
+
+    A factor from the step before serves the first iteration; a new one, made where that led, all others, unless
+    updates fall too slowly or grow: then the last one is undone and another factor made. More iterations than
+    ``Newton``, but most of them cost a residual and a back-substitution only. The result is the same to round-off: the
+    error that is left is estimated from the linear convergence of the last two updates.
+
+    Parameters
+    ----------
+    tolerance : float, optional
+        Size of the error that the next iterations would still correct, relative to the state.
+    max_iterations : int, optional
+        A step that needs more has failed.
+    slow : float, optional
+        Ratio of two updates above which the matrix is factorised anew.
+
+    Raises
+    ------
+    DataError
+        If a value is out of its range.
+    ArgumentTypeError
+        If a value is not a number of the right kind.
+    """
+
+    max_iterations: int = 40
+    slow: float = 0.3
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        super().__post_init__()
+        slow = self.slow
+        if isinstance(slow, bool) or not isinstance(slow, (int, float, np.floating)):
+            raise ArgumentTypeError("ModifiedNewton slow", expected="a number", got=repr(slow), fix="Use 0.3.")
+        if not 0.0 < slow < 1.0:
+            raise DataError("ModifiedNewton slow", expected="a number in (0, 1)", got=repr(slow), fix="Use 0.3.")
+
+    @np.errstate(all="ignore")  # numbers that are not finite end the iteration
+    def solve(
+        self, stage: Equation, solver: LinearSolver, guess: Floats, size: float, kept: bool = False
+    ) -> tuple[Floats | None, int]:
+        """Solve a stage equation that has begun; see ``Newton``. A factor the solver holds is tried first."""
+        z, progress, age = guess, _Progress(stage, size), 1 if kept else 0
+        for iteration in range(1, self.max_iterations + 1):
+            if age:
+                residual = stage.residual(z)
+            else:
+                residual, jacobian = stage.evaluate(z)
+                if not solver.factorise(jacobian):
+                    return None, iteration
+            age += 1
+            update = solver.solve(residual)
+            before, z = z, z - update
+            finite = progress.add(z, update)
+            if kept and not (finite and progress.falling and progress.change <= FAR * float(np.linalg.norm(guess))):
+                z, progress, age, kept = guess, _Progress(stage, size), 0, False  # an old factor proves nothing
+                continue
+            if not finite:
+                return None, iteration
+            change, ratio, goal = progress.change, progress.ratio, self.tolerance * progress.size
+            # convergence is linear: what is left is the sum of a geometric series
+            if change == 0.0 or (ratio < 0.5 and change * ratio <= goal * (1.0 - ratio)):
+                return z, iteration
+            if ratio > 0.5 and progress.at_floor(z, residual):
+                return z, iteration
+            if kept and iteration == 1:
+                age = 0  # measured: an old factor is worth one iteration, then a new one nearer the solution pays
+            elif age > 1 and not progress.falling:
+                z, age = before, 0
+            elif ratio > self.slow and age > 1 and change * ratio**3 > goal:
+                age = 0
+            kept = kept and iteration == 1
+        return None, self.max_iterations
+
+
+class _Progress:
+    """Sizes of the last update, and how they fell."""
+
+    def __init__(self, stage: Equation, size: float) -> None:
+        self._stage, self._carrying, self._least = stage, stage.carrying, size
+        self.change, self._moved, self.ratio, self.size = 0.0, 0.0, np.inf, size
+
+    def add(self, z: Floats, update: Floats) -> bool:
+        """Take in an update that led to z; say whether it is finite."""
+        last, last_moved, self.change = self.change, self._moved, float(np.linalg.norm(update))
+        # states without energy follow from the others: a large first correction of them, which their guess may
+        # need, says nothing about how fast the others converge
+        self._moved = float(np.linalg.norm(update[self._carrying]))
+        self.size = max(self._least, float(np.linalg.norm(z[self._carrying])))
+        if last > 0.0:
+            self.ratio = max(self.change / last, self._moved / last_moved if last_moved > 0.0 else 0.0)
+        return bool(np.isfinite(self.change))
+
+    @property
+    def falling(self) -> bool:
+        """Whether the last update was smaller than the one before; true of the first."""
+        return self.ratio < 1.0 or self.ratio == np.inf
+
+    def at_floor(self, z: Floats, residual: Floats) -> bool:
+        """Say whether the residual is round-off: no further iteration can improve z."""
+        # where joints hold everything, the states with energy are nothing but round-off of the joints' forces
+        whole = float(np.linalg.norm(z))
+        near = self.change <= 1e-8 * (whole if self.size <= HELD * whole else self.size)
+        return near and bool(np.linalg.norm(residual) <= 1e3 * self._stage.round_off(z))

@@ -12,20 +12,22 @@ the state are sparse matrix products over the whole system: no loop over element
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from phblocks.solvers.features import Dependence, LineDirections, entry_code, modulated_pairs, taken
 from phblocks.solvers.modulations import ModulatedMatrices
 from phblocks.solvers.ordering import narrow_order
+from phblocks.solvers.residual import ResidualParts
 from phblocks.solvers.storages import StorageEquations
 from phblocks.system import System
 from phblocks.system.scaling import state_scale
 from phblocks.triplets import Floats, Ints, Triplets
 
-_ONE, _ZERO = np.ones(1), np.zeros(1)
+_ONE = np.ones(1)
 
 
 class StageEquation:
@@ -50,6 +52,8 @@ class StageEquation:
         The unknowns with a rate.
     constant : bool
         The Jacobian does not depend on the unknowns.
+    mass : numpy.ndarray
+        Entries of E on the pattern.
     """
 
     def __init__(self, system: System) -> None:
@@ -63,23 +67,28 @@ class StageEquation:
         alpha_rows = sp.csr_array(sp.vstack([system.angles.rows, lines.frames.rows]))
         chain = sp.csr_array(alpha_rows @ system.rates)  # d alpha / d (integral of z)
         still = system.kinematics.indices[2] == 0
-        moving = Triplets.join([system.K, _taken(system.kinematics, ~still)], order=3)
-        still_rows = _taken(system.kinematics, still)
-        pairs, pair_of = _pairs(system, moving)
+        moving = Triplets.join([system.K, taken(system.kinematics, ~still)], order=3)
+        still_rows = taken(system.kinematics, still)
+        pairs, pair_of = modulated_pairs(system, moving)
 
         constants = [m.tocoo() for m in (system.rate_matrix, system.J0, system.R0)]
-        codes = [_code(m.coords[0], m.coords[1], self.n) for m in constants]
-        codes.append(_code(still_rows.indices[0], still_rows.indices[1], self.n))
+        codes = [entry_code(m.coords[0], m.coords[1], self.n) for m in constants]
+        codes.append(entry_code(still_rows.indices[0], still_rows.indices[1], self.n))
         i, j, k = tensor.indices
-        codes += [_code(i, j, self.n), _code(i, k, self.n), _code(moving.indices[0], moving.indices[1], self.n)]
-        # what the features of each pair depend on: (pair, state, factor) by angle, by span and by length
-        by = _Dependence(system, pairs[1], chain)
-        codes += [_code(pairs[0][pair], column, self.n) for pair, column, _ in by.parts]
         codes += [
-            _code(np.repeat(s.energy, s.energy.size), np.tile(s.energy, s.energy.size), self.n) for s in system.storages
+            entry_code(i, j, self.n),
+            entry_code(i, k, self.n),
+            entry_code(moving.indices[0], moving.indices[1], self.n),
+        ]
+        # what the features of each pair depend on: (pair, state, factor) by angle, by span and by length
+        by = Dependence(system, pairs[1], chain)
+        codes += [entry_code(pairs[0][pair], column, self.n) for pair, column, _ in by.parts]
+        codes += [
+            entry_code(np.repeat(s.energy, s.energy.size), np.tile(s.energy, s.energy.size), self.n)
+            for s in system.storages
         ]
         codes += [
-            _code(m.on.repeat(to.size), np.tile(to, m.on.size), self.n)
+            entry_code(m.on.repeat(to.size), np.tile(to, m.on.size), self.n)
             for m in system.modulations
             for to in (m.on, m.by)
         ]
@@ -105,16 +114,14 @@ class StageEquation:
         def entries(values: Floats, spot: Ints) -> Floats:
             return np.bincount(slot[spot], weights=values, minlength=size) * weight
 
-        self._mass = entries(constants[0].data, next(at))
+        self.mass = entries(constants[0].data, next(at))
         self._rest = entries(constants[1].data, next(at)) - entries(constants[2].data, next(at))
         self._rest += entries(still_rows.values, next(at))
-        self._mass_matrix = self._matrix(self._mass)
-        self._cubic = Triplets.join(
-            [
-                Triplets.of(slot[next(at)], new[k], values=tensor.values * scale[i] * scale[j] * scale[k]),
-                Triplets.of(slot[next(at)], new[j], values=tensor.values * scale[i] * scale[k] * scale[j]),
-            ]
-        ).csr((size, self.n))
+        self._mass_matrix = self._matrix(self.mass)
+        cubes = tensor.values * scale[i] * scale[j] * scale[k]
+        self._skew = Triplets.of(slot[next(at)], new[k], values=cubes)  # of J(x); with its mirror it is the derivative
+        mirror = Triplets.of(slot[next(at)], new[j], values=cubes)
+        self._cubic = Triplets.join([self._skew, mirror]).csr((size, self.n))
         # modulated part: force_i = sum over pairs (i, f) of kappa phi_f,  kappa = K z + K_g + K_u u
         ki, kj, kf = moving.indices
         n_pairs = pairs[0].size
@@ -141,7 +148,7 @@ class StageEquation:
         self._n_angles = system.angles.reference.size
         self._rates = sp.csr_array(system.rates[:, self.order] @ unscale)
         self._inputs = sp.csr_array(sp.diags_array(self.scale) @ (system.G0 + system.kinematics_u)[self.order])
-        self._line_data = _LineData.of(system, new, scale) if lines.count else None
+        self._line_data = LineDirections.of(system, new, scale) if lines.count else None
         self._storages: StorageEquations | None = None
         if system.storages:
             self._storages = StorageEquations(system, new, scale, [slot[next(at)] for _ in system.storages])
@@ -149,7 +156,7 @@ class StageEquation:
         if system.modulations:
             places = [(slot[next(at)], slot[next(at)]) for _ in system.modulations]
             self._modulated = ModulatedMatrices(system, new, scale, places)
-        self._work = self._matrix(self._mass.copy())
+        self._work = self._matrix(self.mass.copy())
 
     def _matrix(self, data: Floats) -> sp.csr_array:
         """The matrix with these entries on the pattern."""
@@ -256,7 +263,8 @@ class StageEquation:
         if self._modulated is not None:
             self._modulated.undefined = ""
         self._tau = tau
-        self._linear = mass_factor * self._mass - self._rest
+        self._mass_factor = mass_factor
+        self._linear = mass_factor * self.mass - self._rest
         theta = theta + tau * (self.system.input_rates @ u)
         self._alpha = self._alpha_reference + self._alpha_rows @ theta
         self._kappa_known = self._kappa_gravity + self._kappa_input @ u
@@ -283,17 +291,7 @@ class StageEquation:
         if self.constant:
             work.data = self._linear
             return np.asarray(work @ z - self._known), self._linear
-        alpha = self._alpha + self._tau * (self._turn @ z)
-        cos, sin = np.cos(alpha), np.sin(alpha)
-        joints = slice(0, self._n_angles)
-        phi = [_ONE, cos[joints], sin[joints]]
-        slope = [_ZERO, -sin[joints], cos[joints]]
-        by_line: tuple[Floats, ...] = ()
-        if self._line_data is not None:
-            direction, turned, by_line = self._line_data.evaluate(z, cos[self._n_angles :], sin[self._n_angles :])
-            phi.append(direction)
-            slope.append(turned)
-        features, slopes = np.concatenate(phi), np.concatenate(slope)
+        features, slopes, by_line = self._features(z, self._alpha + self._tau * (self._turn @ z))
         kappa = self._kappa @ z + self._kappa_known
         products = self._cubic @ z
         work.data = self._linear - 0.5 * products
@@ -313,6 +311,72 @@ class StageEquation:
         found = "" if self._modulated is None else self._modulated.undefined
         return found or "Newton's method did not converge"
 
+    def residual(self, z: Floats) -> Floats:
+        """Evaluate the residual only.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns, shape (n,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n,).
+        """
+        if self.constant or self._storages is not None or self._modulated is not None:
+            return self.evaluate(z)[0]
+        turned, kappa, momentum, forced = self._parts.linear(z)
+        features = self._features(z, self._alpha + self._tau * turned)[0]
+        force = forced + self._parts.summed(z, (kappa + self._kappa_known) * features[self._feature])
+        return np.asarray(self._mass_factor * momentum - force - self._known)
+
+    @cached_property
+    def _parts(self) -> ResidualParts:
+        linear = (self._turn, self._kappa, self._mass_matrix, self._matrix(self._rest))
+        return ResidualParts.of(self.system, self.order, self.scale, linear, self._collect)
+
+    def _features(self, z: Floats, alpha: Floats) -> tuple[Floats, Floats, tuple[Floats, ...]]:
+        """Features, their slopes in the angle, and their derivatives by what lines depend on; for columns alike."""
+        cos, sin = np.cos(alpha), np.sin(alpha)
+        turning = slice(0, self._n_angles)
+        one = _ONE if alpha.ndim == 1 else np.ones((1, alpha.shape[1]))
+        phi = [one, cos[turning], sin[turning]]
+        slope = [0.0 * one, -sin[turning], cos[turning]]
+        by_line: tuple[Floats, ...] = ()
+        if self._line_data is not None:
+            direction, turned, by_line = self._line_data.evaluate(z, cos[self._n_angles :], sin[self._n_angles :])
+            phi.append(direction)
+            slope.append(turned)
+        return np.concatenate(phi), np.concatenate(slope), by_line
+
+    @cached_property
+    def _modulation_parts(self) -> tuple[sp.csr_array, sp.csr_array, sp.csr_array]:
+        """What multiplies the features, their turning, and what lines depend on, apart."""
+        n_features, n_pairs = self.system.n_features, self._feature.size
+        by_columns = self._modulation.tocsc()
+        ends = (0, n_features, n_features + n_pairs, by_columns.shape[1])
+        first, turning, lines = (sp.csr_array(by_columns[:, a:b]) for a, b in pairwise(ends))
+        return first, turning, lines
+
+    def apply(self, entries: Floats, z: Floats) -> Floats:
+        """Multiply by a matrix on the pattern.
+
+        Parameters
+        ----------
+        entries : numpy.ndarray
+            Of the matrix.
+        z : numpy.ndarray
+            Shape (n,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n,).
+        """
+        self._work.data = entries
+        return np.asarray(self._work @ z)
+
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.
 
@@ -326,97 +390,9 @@ class StageEquation:
         float
             Of its Euclidean norm.
         """
-        size = self._matrix(np.abs(self._work.data)) @ np.abs(z) + np.abs(self._known)
-        noise = float(np.finfo(float).eps * np.linalg.norm(size))
+        parts, size = abs(self._parts), np.abs(z)
+        _, kappa, momentum, forced = parts.linear(size)
+        forced = forced + parts.summed(size, kappa + np.abs(self._kappa_known)) + np.abs(self._known)
+        noise = float(np.finfo(float).eps * np.linalg.norm(abs(self._mass_factor) * momentum + forced))
         noise += 0.0 if self._storages is None else float(np.linalg.norm(self._storages.noise))
         return noise + (0.0 if self._modulated is None else float(np.linalg.norm(self._modulated.noise)))
-
-
-def _code(rows: Ints, columns: Ints, n: int) -> Ints:
-    return np.asarray(rows, dtype=np.int64) * n + np.asarray(columns, dtype=np.int64)
-
-
-def _taken(entries: Triplets, keep: NDArray[np.bool_]) -> Triplets:
-    return Triplets(tuple(i[keep] for i in entries.indices), entries.values[keep])
-
-
-def _pairs(system: System, moving: Triplets) -> tuple[tuple[Ints, Ints], dict[str, Ints]]:
-    """All (state, feature) pairs through which the configuration acts, and where K, K_g and K_u stand in them."""
-    parts = {
-        "K": (moving.indices[0], moving.indices[2]),
-        "K_g": (system.K_g.indices[0], system.K_g.indices[1]),
-        "K_u": (system.K_u.indices[0], system.K_u.indices[2]),
-    }
-    codes = [_code(i, f, system.n_features) for i, f in parts.values()]
-    pairs, spots = np.unique(np.concatenate(codes), return_inverse=True)
-    ends = np.cumsum([c.size for c in codes])[:-1]
-    return (pairs // system.n_features, pairs % system.n_features), dict(zip(parts, np.split(spots, ends), strict=True))
-
-
-class _Dependence:
-    """The states that the feature of each pair depends on: lists of (pair, state, factor) by angle, span, length."""
-
-    def __init__(self, system: System, feature: Ints, chain: sp.csr_array) -> None:
-        n_angles, lines = system.angles.reference.size, system.lines
-        turning = np.flatnonzero(feature > 0)  # feature 0 is the constant
-        number = feature[turning] - 1
-        along = number - 2 * n_angles  # directions come last
-        angle = np.where(along < 0, number % max(1, n_angles), n_angles + along % max(1, lines.count))
-        place, column, value = _expand(chain, angle)
-        self.parts = [(turning[place], column, value)]
-        if not lines.count:
-            return
-        on_line = turning[along >= 0]
-        line = lines.line[along[along >= 0] % lines.count]
-        self.parts += [(on_line, lines.spans[line, a], np.ones(line.size)) for a in range(2)]
-        place, column, value = _expand(lines.stretch, line)
-        self.parts.append((on_line[place], column, value))
-
-
-@dataclass(frozen=True)
-class _LineData:
-    """Directions of lines and their derivatives, in scaled, reordered unknowns, one entry for each direction."""
-
-    span: sp.csr_array
-    free: Floats
-    stretch: sp.csr_array
-    taut: NDArray[np.bool_]
-    before: Floats
-
-    @classmethod
-    def of(cls, system: System, new: Ints, scale: Floats) -> _LineData:
-        lines = system.lines
-        d, states = np.arange(lines.count), lines.spans[lines.line]
-        rows = [Triplets.of(a * lines.count + d, new[states[:, a]], values=scale[states[:, a]]) for a in range(2)]
-        place, column, value = _expand(lines.stretch, lines.line)
-        return cls(
-            Triplets.join(rows).csr((2 * lines.count, system.n)),
-            lines.free[lines.line],
-            Triplets.of(place, new[column], values=value * scale[column]).csr((lines.count, system.n)),
-            lines.taut[lines.line],
-            np.zeros(1 + 2 * system.angles.reference.size),
-        )
-
-    def evaluate(self, z: Floats, cos: Floats, sin: Floats) -> tuple[Floats, Floats, tuple[Floats, ...]]:
-        """Features, their slopes in the angle, and over all features their derivatives by span and length."""
-        x, y = (self.span @ z).reshape(2, -1)
-        length = np.where(self.taut, self.free + self.stretch @ z, np.hypot(x, y))
-        first, second = (cos * x + sin * y) / length, (cos * y - sin * x) / length
-        direction, loose = np.concatenate((first, second)), ~self.taut
-        by_x = np.concatenate((cos - loose * first * x / length, -sin - loose * second * x / length))
-        by_y = np.concatenate((sin - loose * first * y / length, cos - loose * second * y / length))
-        twice = np.concatenate((length, length))
-        derivatives = tuple(np.concatenate((self.before, d / twice)) for d in (by_x, by_y, -direction))
-        return direction, np.concatenate((second, -first)), derivatives
-
-
-def _expand(matrix: sp.csr_array, rows: Ints) -> tuple[Ints, Ints, Floats]:
-    """Entries of the given rows of a matrix: (place in ``rows``, column, value)."""
-    if not rows.size or not matrix.nnz:
-        none = np.empty(0, dtype=np.int64)
-        return none, none, np.empty(0)
-    count = np.diff(matrix.indptr)[rows]
-    place = np.repeat(np.arange(rows.size), count)
-    within = np.arange(place.size) - np.repeat(np.cumsum(count) - count, count)
-    spot = matrix.indptr[rows][place] + within
-    return place, matrix.indices[spot].astype(np.int64), matrix.data[spot]

@@ -1,4 +1,4 @@
-"""What a time method returns for one accepted step."""
+"""What a time method returns for one accepted step, and what it raises if there is none."""
 
 from __future__ import annotations
 
@@ -26,7 +26,14 @@ class Step:
     dt : float
         Length, s.
     iterations : int
-        Newton iterations; 0 for a linear system.
+        Newton iterations, or linear solves of a method without iteration; 0 for a linear system.
+    frozen : numpy.ndarray, optional
+        Unknowns that fixed the structure at the stages, shape (stages, n), if not z.
+    lag : float, optional
+        How far they were from z in the energy norm, relative.
+    points : numpy.ndarray, optional
+        Positions of the material points at the end, shape (n_points, dimension), m, if not by the velocities at the
+        stages.
     """
 
     x: Floats
@@ -36,3 +43,24 @@ class Step:
     u: Floats
     dt: float
     iterations: int
+    frozen: Floats | None = None
+    lag: float = 0.0
+    points: Floats | None = None
+
+
+class StepFailed(Exception):
+    """No step could be taken, however short; ends the run with a status.
+
+    Parameters
+    ----------
+    time : float
+        Start of the step, s.
+    dt : float
+        The shortest that was tried, s.
+    why : str, optional
+        What happened.
+    """
+
+    def __init__(self, time: float, dt: float, why: str = "Newton's method did not converge") -> None:
+        super().__init__(f"{why} at t = {time}")
+        self.time, self.dt, self.why = time, dt, why

@@ -86,6 +86,7 @@ def test_every_example_is_tested():
         ("double_pendulum", 1),
         ("duffing", 1),
         ("matrices_in_a_loop", 1),
+        ("accuracy_and_time", 2),
     ],
 )
 def test_command_line(ran, name, figures):
@@ -268,6 +269,21 @@ def test_double_pendulum(ran, references, example):
         assert largest[-1] < 1e-4
     for solution in (*found.rigid.values(), *found.flexible.values()):
         assert np.ptp(solution.energy.total) < 1e-11
+
+
+# What accuracy costs
+
+
+def test_accuracy_and_time(ran, example):
+    """The setting that is chosen keeps what it promises; orders of a sudden release are rough, measured: 2.13."""
+    found, module = ran("accuracy_and_time").result, example("accuracy_and_time")
+    assert len(found.study) == 18 and all(row.ok for row in found.study)
+    assert found.cheapest.error_bound <= module.TOLERANCE
+    assert found.again == pytest.approx(found.cheapest.error, rel=1e-6)
+    slower = found.study.filter(lambda row: row.error_bound <= module.TOLERANCE)
+    assert found.cheapest.seconds == min(slower.column("seconds"))
+    assert found.orders.order == pytest.approx(2.0, abs=0.3)
+    assert f"cheapest to {module.TOLERANCE:g} m:" in ran("accuracy_and_time").printed
 
 
 # The Duffing oscillator

@@ -6,7 +6,7 @@ import pytest
 import phblocks as ph
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.solvers.linear import BandedSolver
-from phblocks.solvers.newton import Newton
+from phblocks.solvers.newton import ModifiedNewton, Newton
 
 
 class Equations:
@@ -121,6 +121,64 @@ def test_no_iterations_at_all(max_iterations):
         Newton(max_iterations=max_iterations)
 
 
+# A factor that is kept
+
+
+class Counting(Equations):
+    """Counts how often a Jacobian is asked for."""
+
+    def __init__(self, f, df, n: int = 3) -> None:
+        super().__init__(f, df, n)
+        self.residuals = 0
+
+    def residual(self, z: np.ndarray) -> np.ndarray:
+        self.residuals += 1
+        return self.f(z)
+
+
+def test_a_kept_factor_leads_to_the_same_root_with_fewer_jacobians():
+    equations = Counting(lambda z: z**2 - 2.0, lambda z: 2.0 * z)
+    solver = equations.solver()
+    z, iterations = ModifiedNewton().solve(equations, solver, np.full(3, 1.4), 2.5)
+    np.testing.assert_allclose(z, np.sqrt(2.0), rtol=1e-15)
+    assert equations.evaluations == 1 and equations.residuals == iterations - 1
+    near, again = ModifiedNewton().solve(equations, solver, np.full(3, 1.41), 2.5, kept=True)
+    np.testing.assert_allclose(near, np.sqrt(2.0), rtol=1e-15)
+    assert equations.evaluations == 2 and again <= iterations  # the old factor served the first iteration
+
+
+def test_a_factor_is_made_anew_where_convergence_slows():
+    equations = Counting(lambda z: z**3 - 20.0, lambda z: 3.0 * z**2)
+    z, iterations = ModifiedNewton(slow=0.1).solve(equations, equations.solver(), np.full(3, 1.5), 3.0)
+    np.testing.assert_allclose(z, 20.0 ** (1 / 3), rtol=1e-15)
+    assert 2 <= equations.evaluations < iterations
+
+
+def test_a_wrong_kept_factor_is_thrown_away():
+    equations = Counting(lambda z: z**2 - 2.0, lambda z: 2.0 * z)
+    solver = equations.solver()
+    solver.factorise(np.full(3, 1e-20))
+    z, _ = ModifiedNewton().solve(equations, solver, np.full(3, 1.4), 2.5, kept=True)
+    np.testing.assert_allclose(z, np.sqrt(2.0), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("f", "df"),
+    [(lambda z: z**2 + 1.0, lambda z: 2.0 * z), (lambda z: z**2, lambda z: 2.0 * z)],
+)
+def test_a_kept_factor_never_accepts_what_does_not_converge(f, df):
+    equations = Counting(f, df)
+    assert ModifiedNewton().solve(equations, equations.solver(), np.ones(3), 2.0)[0] is None
+
+
+@pytest.mark.parametrize("slow", [0.0, 1.0, -0.1, np.nan])
+def test_ratios_out_of_range(slow):
+    with pytest.raises(DataError, match="ModifiedNewton slow"):
+        ModifiedNewton(slow=slow)
+    with pytest.raises(ArgumentTypeError, match="ModifiedNewton slow"):
+        ModifiedNewton(slow=str(slow))
+
+
 # With a beam: a failed step is halved, counted and never accepted
 
 
@@ -144,11 +202,14 @@ def test_a_soft_coupler_gets_through_with_its_energy_intact(four_bar):
     """E = 2.1e8 in the coupler and a step that is too long for it: full Newton fails on some steps."""
     rubber = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e8, poisson=0.3, density=2710.0, shear_factor=1.0)
     system = four_bar((10, 6, 6), coupler=rubber).compile()
-    solution = ph.simulate(system, t_end=2.0, dt=0.04)
-    assert solution.status.ok and solution.t[-1] == 2.0
-    assert solution.statistics.halvings > 0
-    total = solution.energy.total
-    assert np.abs(total - total[0]).max() < 1e-10 and solution.max_power_balance_error < 1e-11
+    full = ph.simulate(system, t_end=2.0, dt=0.04, method=ph.Midpoint(ph.Newton(), predict=False))
+    assert full.statistics.halvings > 0
+    modified = ph.simulate(system, t_end=2.0, dt=0.04)
+    assert modified.statistics.halvings <= full.statistics.halvings
+    for solution in (full, modified):
+        assert solution.status.ok and solution.t[-1] == 2.0
+        total = solution.energy.total
+        assert np.abs(total - total[0]).max() < 1e-10 and solution.max_power_balance_error < 1e-11
 
 
 def test_one_iteration_is_never_enough(four_bar):

@@ -1,0 +1,240 @@
+"""Steps adapted to tolerances, for every one-step method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
+from phblocks.inputs import Drive
+from phblocks.solvers.method import Stepper
+from phblocks.solvers.schedule import Schedule
+from phblocks.solvers.step import Step, StepFailed
+from phblocks.system import System
+from phblocks.triplets import Floats
+
+SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.9, 0.2, 4.0
+
+
+@dataclass(frozen=True)
+class Adaptive:
+    """Step control: each step is compared with two of half its length, which are what the run goes on with.
+
+    The difference, divided by ``2^order - 1``, estimates the error of the two halves. It is measured in the energy
+    norm, ``sqrt(1/2 d^T E d)`` (with the Hessian, eigenvalues taken positive, where the energy is not quadratic),
+    against ``atol + rtol`` times the largest norm of the state so far, or on named outputs against ``atol + rtol``
+    times the largest size of each so far. A run that starts at rest starts with short steps unless atol is given. A PI
+    controller chooses the next step. Energy is kept exactly whatever the steps, because every accepted step is one of
+    the method. Costs half as many steps again as the same steps without control.
+
+    Parameters
+    ----------
+    rtol : float, optional
+        Relative tolerance of the error of a step.
+    atol : float, optional
+        Absolute tolerance, J^(1/2) or in the units of the outputs.
+    outputs : tuple of str, optional
+        Names among ``system.output_names`` that are watched instead of the energy norm.
+    shortest, longest : float, optional
+        Limits of the step, s. A run that asks for shorter steps ends with a status.
+
+    Raises
+    ------
+    DataError
+        If a value is out of its range.
+    ArgumentTypeError
+        If a value is of the wrong kind.
+
+    Notes
+    -----
+    K. Gustafsson, Control theoretic techniques for stepsize selection in explicit Runge-Kutta methods,
+    doi:10.1145/210232.210242; E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.4.
+    """
+
+    rtol: float = 1e-3
+    atol: float = 0.0
+    outputs: tuple[str, ...] = ()
+    shortest: float = 1e-12
+    longest: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("rtol", "atol", "shortest", "longest"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+                raise ArgumentTypeError(f"Adaptive {name}", expected="a number", got=repr(value), fix="Correct it.")
+            if not value >= 0.0:
+                raise DataError(f"Adaptive {name}", expected="a number >= 0", got=repr(value), fix="Correct it.")
+        if not 0.0 < self.rtol + self.atol < math.inf:
+            raise DataError(
+                "Adaptive rtol, atol", expected="one > 0", got=repr((self.rtol, self.atol)), fix="Use rtol=1e-3."
+            )
+        if not 0.0 < self.shortest <= self.longest:
+            raise DataError(
+                "Adaptive shortest, longest",
+                expected="0 < shortest <= longest",
+                got=repr((self.shortest, self.longest)),
+                fix="Correct them.",
+            )
+        if not isinstance(self.outputs, (tuple, list)) or not all(isinstance(name, str) for name in self.outputs):
+            raise ArgumentTypeError(
+                "Adaptive outputs", expected="names of outputs", got=repr(self.outputs), fix='Write ("tip velocity",).'
+            )
+
+
+class ErrorNorm:
+    """Measures errors against tolerances.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    options : Adaptive
+        Tolerances and outputs.
+    """
+
+    def __init__(self, system: System, options: Adaptive) -> None:
+        self._system, self._options = system, options
+        names = list(system.output_names)
+        for name in options.outputs:
+            if name not in names:
+                raise UnknownNameError(
+                    "Adaptive outputs",
+                    expected=f"one of {', '.join(names) or '(there are none)'}",
+                    got=repr(name),
+                    fix="Use system.output_names.",
+                )
+        self._watched = [names.index(name) for name in options.outputs]
+        self._largest = np.zeros(max(1, len(self._watched)))
+
+    def __call__(self, coarse: tuple[Floats, Floats], fine: tuple[Floats, Floats]) -> float:
+        """Compare two states with their orientations.
+
+        Parameters
+        ----------
+        coarse, fine : tuple of numpy.ndarray
+            States and rotation states, shapes (n,) and (n_theta,).
+
+        Returns
+        -------
+        float
+            Their difference as a multiple of what is allowed.
+        """
+        if self._watched:
+            rough, value = (self._system.G(theta, x).T[self._watched] @ x for x, theta in (coarse, fine))
+            error, size = np.abs(rough - value), np.abs(value)
+        else:
+            error, size = (np.array([self._energy_norm(d, fine[0])]) for d in (coarse[0] - fine[0], fine[0]))
+        self._largest = np.maximum(self._largest, size)
+        allowed = self._options.atol + self._options.rtol * self._largest
+        return float(np.max(error / np.maximum(allowed, np.finfo(float).tiny)))
+
+    def _energy_norm(self, d: Floats, x: Floats) -> float:
+        energy = 0.5 * float(d @ (self._system.E @ d))
+        for storage in self._system.storages:
+            values, vectors = np.linalg.eigh(np.asarray(storage.hessian(x[storage.energy])))
+            energy += 0.5 * float(np.abs(values) @ (vectors.T @ d[storage.energy]) ** 2)
+        return float(np.sqrt(energy))
+
+
+class AdaptiveSteps:
+    """Goes to the end of a schedule in steps adapted to tolerances.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        Takes the steps.
+    drive : Drive
+        The inputs.
+    x, theta : numpy.ndarray
+        Unknowns and rotation states at the start.
+    schedule : Schedule
+        The times; its dt is the first step.
+    norm : ErrorNorm
+        Measures errors.
+    order : int
+        Of the method.
+    limits : tuple of float
+        Shortest and longest step, s.
+
+    Attributes
+    ----------
+    stage, weights
+        Of the stepper.
+    steps, halvings, rejections : int
+        Counts.
+    """
+
+    def __init__(
+        self,
+        stepper: Stepper,
+        drive: Drive,
+        x: Floats,
+        theta: Floats,
+        schedule: Schedule,
+        norm: ErrorNorm,
+        order: int,
+        limits: tuple[float, float],
+    ) -> None:
+        self.stage, self.weights = stepper.stage, stepper.weights
+        self.steps = self.halvings = self.rejections = 0
+        self._stepper, self._drive, self._x, self._theta = stepper, drive, x, theta
+        self._schedule, self._norm, self._order, self._limits = schedule, norm, order, limits
+
+    def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
+        """Go; see :class:`~phblocks.solvers.method.Walk`."""
+        schedule, t, count, last_error = self._schedule, 0.0, 0, 1.0
+        h = min(schedule.dt, self._limits[1])
+        for target in schedule.times or (schedule.t_end,):
+            while t < target:
+                room = target - t
+                # a rest of less than a step is taken at once or in two, never as a splinter
+                length = room if h >= room * (1.0 - 1e-9) else min(h, 0.5 * room)
+                pair, error = self._attempt(t, length)
+                if not error <= 1.0:
+                    h = length * self._factor(error, 1.0)
+                    if h < self._limits[0]:
+                        why = "the tolerances ask for shorter steps than are allowed"
+                        raise StepFailed(t, length, why if pair else "Newton's method did not converge")
+                    continue
+                half, t, count = t + 0.5 * length, target if length == room else t + length, count + 1
+                self._x, self._theta = pair[1].x, pair[1].theta
+                self.steps += 2
+                yield pair[0], half, False
+                asked = schedule.times is None and count % schedule.save_every == 0
+                yield pair[1], t, t == target or asked
+                proposed = length * self._factor(error, last_error)
+                h, last_error = min(max(proposed, h) if length < h else proposed, self._limits[1]), max(error, 1e-4)
+
+    def _factor(self, error: float, last: float) -> float:
+        """How much longer the next step may be: Gustafsson's PI controller."""
+        if error == 0.0:
+            return MOST_FACTOR
+        k = 1.0 / (self._order + 1)
+        return float(np.clip(SAFETY * error ** (-0.7 * k) * last ** (0.4 * k), LEAST_FACTOR, MOST_FACTOR))
+
+    def _attempt(self, t: float, length: float) -> tuple[list[Step], float]:
+        """Two half steps and their error; no steps and an infinite error if there is no convergence."""
+        whole = self._step(self._x, self._theta, t, length)
+        pair: list[Step] = []
+        x, theta = self._x, self._theta
+        for i in range(2 if whole else 0):
+            step = self._step(x, theta, t + 0.5 * i * length, 0.5 * length)
+            if step is None:
+                break
+            pair.append(step)
+            x, theta = step.x, step.theta
+        if whole is None or len(pair) < 2:
+            self.halvings += 1
+            return [], math.inf
+        unpack = self.stage.unpack
+        error = self._norm((unpack(whole.x), whole.theta), (unpack(x), theta)) / (2**self._order - 1)
+        self.rejections += error > 1.0
+        return pair, error
+
+    def _step(self, x: Floats, theta: Floats, t: float, h: float) -> Step | None:
+        u = self._drive.at([t + c * h for c in self._stepper.nodes])
+        return self._stepper.step(x, theta, h, u)

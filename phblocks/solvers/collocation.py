@@ -1,0 +1,285 @@
+"""Collocation at Gauss points: coefficients, and the stages of a step as one equation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phblocks.solvers.linear import linear_solver
+from phblocks.solvers.stage import StageEquation
+from phblocks.system import System
+from phblocks.triplets import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Collocation:
+    """Coefficients of Gauss-Legendre collocation.
+
+    Parameters
+    ----------
+    c, b : numpy.ndarray
+        Nodes and weights, shape (stages,), as fractions of a step.
+    A : numpy.ndarray
+        Shape (stages, stages).
+    """
+
+    c: Floats
+    b: Floats
+    A: Floats
+
+    @classmethod
+    def gauss(cls, stages: int) -> Collocation:
+        """Compute the coefficients.
+
+        Parameters
+        ----------
+        stages : int
+            Their number.
+
+        Returns
+        -------
+        Collocation
+            Of order ``2 stages``.
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(stages)
+        c = 0.5 * (nodes + 1.0)
+        power = np.arange(stages)
+        integrals = c[:, None] ** (power + 1) / (power + 1)
+        A = np.asarray(np.linalg.solve((c[:, None] ** power).T, integrals.T).T, dtype=np.float64)
+        return cls(c, 0.5 * weights, A)
+
+    @property
+    def inverse(self) -> Floats:
+        """Inverse of A."""
+        return np.asarray(np.linalg.inv(self.A))
+
+    @property
+    def end(self) -> Floats:
+        """Weights d in ``x_{n+1} = x_n + sum_i d_i (z_i - x_n)``."""
+        return np.asarray(self.b @ self.inverse)
+
+    @property
+    def extrapolation(self) -> Floats:
+        """Weights that continue the polynomial through the stages to the end of the step."""
+        return np.asarray(np.linalg.solve((self.c[:, None] ** np.arange(self.c.size)).T, np.ones(self.c.size)))
+
+
+class CollocationEquation(StageEquation):
+    """The equations of all stages of a step, for a simplified Newton method.
+
+    Unknowns are the values at the stages, shape (n, stages), and
+
+        residual_i = 1/dt E sum_j (A^-1)_ij (z_j - x_n) - f(z_i, theta_i),
+        theta_i = theta_n + dt sum_j A_ij theta'(z_j).
+
+    With one linearisation ``f_z, f_theta`` for all stages, the eigenvectors of A take the equations apart: for each
+    eigenvalue lambda there is one matrix ``E / (lambda dt) - f_z - lambda dt f_theta rates`` on the pattern, and of
+    the band, of a single stage. Orientations stay eliminated, because A and its inverse share eigenvectors. Of
+    conjugate eigenvalues one suffices.
+
+    Parameters
+    ----------
+    system : System
+        The system to integrate.
+    collocation : Collocation
+        The coefficients.
+
+    Notes
+    -----
+    E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.8, doi:10.1007/978-3-642-05221-7.
+    """
+
+    def __init__(self, system: System, collocation: Collocation) -> None:
+        super().__init__(system)
+        self.collocation = collocation
+        self.modes = Modes.of(collocation.A)
+        self._inverse = collocation.inverse
+
+    def begin_step(self, x: Floats, theta: Floats, dt: float, u: Floats) -> None:
+        """Fix the data of a step.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Unknowns at its start, shape (n,).
+        theta : numpy.ndarray
+            Rotation states at its start, shape (n_theta,), rad.
+        dt : float
+            Its length, s.
+        u : numpy.ndarray
+            Inputs at the stages, shape (stages, n_inputs).
+        """
+        self._rate_weights, self._turn_weights = self._inverse.T / dt, dt * self.collocation.A.T
+        self._momentum = self.momentum(x)[:, None]
+        driven = theta[:, None] + (self.system.input_rates @ u.T) @ self._turn_weights
+        self._alpha_known = self._alpha_reference[:, None] + self._alpha_rows @ driven
+        self._kappa_given = self._kappa_gravity[:, None] + self._kappa_input @ u.T
+        self._known_force = self._inputs @ u.T
+        self._dt = dt
+
+    def residual(self, z: Floats) -> Floats:
+        """Evaluate the residual.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns, shape (n, stages).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n, stages).
+        """
+        parts = self._parts
+        turned, kappa, momentum, forced = parts.linear(z)
+        alpha, kappa = self._alpha_known + turned @ self._turn_weights, kappa + self._kappa_given
+        self._at, features = (alpha, kappa), self._features(z, alpha)[0]
+        summed = parts.summed(z, kappa * features.take(self._feature, axis=0))
+        rate = (momentum - self._momentum) @ self._rate_weights
+        return np.asarray(rate - forced - self._known_force - summed)
+
+    def evaluate(self, z: Floats) -> tuple[Floats, Floats]:
+        """Evaluate the residual, and the matrices of the modes at the mean of the stages.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns, shape (n, stages).
+
+        Returns
+        -------
+        residual : numpy.ndarray
+            Shape (n, stages).
+        matrices : numpy.ndarray
+            Complex entries on the pattern, shape (modes, entries).
+        """
+        residual, weights = self.residual(z), self.collocation.b
+        mean, alpha, kappa = z @ weights, self._at[0] @ weights, self._at[1] @ weights
+        features, slopes, by_line = self._features(mean, alpha)
+        first, by_angle, by_lines = self._modulation_parts
+        direct = self._rest + self._cubic @ mean + first @ features
+        if by_line:
+            direct += by_lines @ np.concatenate([kappa * derivative[self._feature] for derivative in by_line])
+        turning = by_angle @ (kappa * slopes[self._feature])
+        tau = self._dt * self.modes.values[:, None]
+        return residual, self.mass / tau - direct - tau * turning
+
+    def round_off(self, z: Floats) -> float:
+        """Estimate the round-off in the residual at the last evaluation.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns, shape (n, stages).
+
+        Returns
+        -------
+        float
+            Of its Euclidean norm.
+        """
+        size, known = np.abs(z), np.abs(self._known_force)
+        _, _, momentum, forced = abs(self._parts).linear(size)
+        rates = momentum @ np.abs(self._rate_weights)
+        force = forced + abs(self._parts).summed(size, np.abs(self._at[1])) + known
+        return float(np.finfo(float).eps * np.linalg.norm(rates + force))
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Eigenvalues of A and their vectors, one of each conjugate pair.
+
+    Parameters
+    ----------
+    values : numpy.ndarray
+        Shape (modes,).
+    right : numpy.ndarray
+        Eigenvectors, shape (modes, stages); those of a pair doubled, for ``2 Re(w v) = w v + conjugate``.
+    left : numpy.ndarray
+        Rows of the inverse of the eigenvectors, shape (modes, stages).
+    """
+
+    values: NDArray[np.complex128]
+    right: NDArray[np.complex128]
+    left: NDArray[np.complex128]
+
+    @classmethod
+    def of(cls, A: Floats) -> Modes:
+        """Find them.
+
+        Parameters
+        ----------
+        A : numpy.ndarray
+            Shape (stages, stages).
+
+        Returns
+        -------
+        Modes
+            The real ones and those of positive imaginary part.
+        """
+        values, vectors = np.linalg.eig(A)
+        left = np.linalg.inv(vectors)
+        values = np.where(np.abs(values.imag) < 1e-12, values.real, values)
+        kept = np.flatnonzero(values.imag >= 0.0)
+        factor = np.where(values[kept].imag > 0.0, 2.0, 1.0)
+        return cls(values[kept], factor[:, None] * vectors[:, kept].T, left[kept])
+
+
+class ModeSolver:
+    """Factorises and solves for all modes; real ones in real numbers.
+
+    Parameters
+    ----------
+    rows, columns : numpy.ndarray
+        Places of the entries of a single stage.
+    n : int
+        Number of unknowns of a single stage.
+    modes : Modes
+        Of the method.
+    """
+
+    def __init__(self, rows: Ints, columns: Ints, n: int, modes: Modes) -> None:
+        self._parts = []
+        for value, left, right in zip(modes.values, modes.left, modes.right, strict=True):
+            kind = complex if value.imag else float
+            solver = linear_solver(rows, columns, n, kind)
+            width = 2 if value.imag else 1
+            pair = np.stack([left.real, left.imag], axis=1), np.stack([right.real, -right.imag])
+            self._parts.append((solver, kind, pair[0][:, :width].copy(), pair[1][:width].copy()))
+
+    def factorise(self, data: Floats) -> bool:
+        """Factorise; return False if a matrix is singular.
+
+        Parameters
+        ----------
+        data : numpy.ndarray
+            Entries on the pattern, shape (modes, entries).
+
+        Returns
+        -------
+        bool
+            Whether all factors were found.
+        """
+        parts = zip(self._parts, data, strict=True)
+        return all(solver.factorise(d if kind is complex else d.real) for (solver, kind, _, _), d in parts)
+
+    def solve(self, b: Floats) -> Floats:
+        """Solve with the last factors.
+
+        Parameters
+        ----------
+        b : numpy.ndarray
+            Right-hand sides, shape (n, stages).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (n, stages).
+        """
+        z = 0.0
+        for solver, kind, left, right in self._parts:
+            # pairs of real numbers are complex numbers: no complex products of the small matrices
+            w = solver.solve(np.ascontiguousarray(b @ left).view(kind).ravel())
+            z = z + w.view(float).reshape(-1, left.shape[1]) @ right
+        return np.asarray(z)

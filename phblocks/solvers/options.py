@@ -1,0 +1,74 @@
+"""Checks of the options of methods, and of the systems they are for."""
+
+from __future__ import annotations
+
+from phblocks.errors import ArgumentTypeError, MethodError
+from phblocks.solvers.newton import Newton
+from phblocks.system import System
+
+
+def require_newton(where: str, newton: object) -> None:
+    """Check that these are options of Newton's method.
+
+    Parameters
+    ----------
+    where : str
+        The method.
+    newton : object
+        What was given.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If they are not.
+    """
+    if not isinstance(newton, Newton):
+        raise ArgumentTypeError(
+            f"{where} newton", expected="options of Newton's method", got=repr(newton), fix="Use ph.Newton()."
+        )
+
+
+def require_flag(where: str, value: object) -> None:
+    """Check that this is a truth value.
+
+    Parameters
+    ----------
+    where : str
+        The option.
+    value : object
+        What was given.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not.
+    """
+    if not isinstance(value, bool):
+        raise ArgumentTypeError(where, expected="True or False", got=repr(value), fix="Give one of them.")
+
+
+def require_quadratic(where: str, system: System, otherwise: str = "") -> None:
+    """Check that a method that keeps quadratic energies only keeps that of the system.
+
+    Parameters
+    ----------
+    where : str
+        The method.
+    system : System
+        The system.
+    otherwise : str, optional
+        What else can be done.
+
+    Raises
+    ------
+    MethodError
+        If the energy is not quadratic.
+    """
+    if not system.quadratic:
+        names = ", ".join(repr(p.name) for p in system.parts if p.form.storage is not None)
+        raise MethodError(
+            f"{where} for system {system.name!r}",
+            expected="an energy that is quadratic in the states",
+            got=f"another one in {names}",
+            fix=f"Use ph.DiscreteGradient(){otherwise}.",
+        )
