@@ -157,6 +157,8 @@ class StageEquation:
             places = [(slot[next(at)], slot[next(at)]) for _ in system.modulations]
             self._modulated = ModulatedMatrices(system, new, scale, places)
         self._work = self._matrix(self.mass.copy())
+        self._mass_factor = np.nan
+        self._weight = self._collect @ self._kappa_gravity
 
     def _matrix(self, data: Floats) -> sp.csr_array:
         """The matrix with these entries on the pattern."""
@@ -263,14 +265,18 @@ class StageEquation:
         if self._modulated is not None:
             self._modulated.undefined = ""
         self._tau = tau
-        self._mass_factor = mass_factor
-        self._linear = mass_factor * self.mass - self._rest
+        if mass_factor != self._mass_factor:
+            self._mass_factor = mass_factor
+            self._linear = mass_factor * self.mass - self._rest
+        self._known, self._kappa_known = b, self._kappa_gravity
+        if u.size:
+            self._known = b + self._inputs @ u
+            self._kappa_known = self._kappa_gravity + self._kappa_input @ u
+        if self.constant:
+            self._known = self._known + (self._collect @ self._kappa_known if u.size else self._weight)
+            return
         theta = theta + tau * (self.system.input_rates @ u)
         self._alpha = self._alpha_reference + self._alpha_rows @ theta
-        self._kappa_known = self._kappa_gravity + self._kappa_input @ u
-        self._known = b + self._inputs @ u
-        if self.constant:
-            self._known = self._known + self._collect @ self._kappa_known
 
     def evaluate(self, z: Floats) -> tuple[Floats, Floats]:
         """Evaluate residual and Jacobian.
