@@ -274,6 +274,7 @@ class StageEquation:
             self._kappa_known = self._kappa_gravity + self._kappa_input @ u
         if self.constant:
             self._known = self._known + (self._collect @ self._kappa_known if u.size else self._weight)
+            self._alpha = self._alpha_reference  # modulates nothing
             return
         theta = theta + tau * (self.system.input_rates @ u)
         self._alpha = self._alpha_reference + self._alpha_rows @ theta
