@@ -227,8 +227,8 @@ class CustomBlock(Typed):
             for at in [] if matrix.constant else near:
                 scale = typical(at, self._size)
                 noise = 1e-9 * float(np.abs(matrix(at)).max(initial=0.0))
-                found = [matrix.differences(at, factor) * scale for factor in (1.0, 2.0)]
-                defect = _derivative_defect(matrix.slope(at) * scale, *found, noise)
+                found, wide = (matrix.differences(at, factor) * scale for factor in (1.0, 2.0))
+                defect = _derivative_defect(matrix.slope(at) * scale, found, wide, noise)
                 if defect is not None:
                     raise StructureError(
                         f"{self._where} derivative of {letter}",
