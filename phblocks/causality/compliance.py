@@ -4,8 +4,8 @@ What a port gives answers at once to what it takes: ``C = output E^-1 output^T``
 that gives velocity (``1/m + arm^2/I`` across the arm of a rigid body), and the force per displacement of one that
 takes it (the stiffness of a spring). A stiffness k between two parts oscillates with ``sqrt(k (C_1 + C_2))``, a mass m
 between stiffnesses with ``sqrt((K_1 + K_2) / m)``. Suggested is what oscillates a decade above the fastest that the
-neighbours do already. What is mechanical counts, and for a joint of translation what goes through translation: not the
-swing of a shaft against a winding. A joint is never slower than where nothing sets a scale (1000 rad/s): it stands in
+neighbours do already. For a joint of translation, what goes through translation counts: not the swing of a shaft
+against a winding. A joint is never slower than where nothing sets a scale (1000 rad/s): it stands in
 for a rigid one, and the slower its neighbours are the further it would give way.
 
 How fast that is must not depend on a mesh: a finer one carries faster waves and has less mass at its end, and a joint
