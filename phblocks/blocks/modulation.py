@@ -207,20 +207,22 @@ class StateMatrix:
             return _shaped(f"derivative of {self._where}", self._derivative(x), (*self._shape, x.size))
         return self.differences(x)
 
-    def differences(self, x: Floats) -> Floats:
+    def differences(self, x: Floats, factor: float = 1.0) -> Floats:
         """Approximate the derivative by central differences.
 
         Parameters
         ----------
         x : numpy.ndarray
             Energy variables, shape (k,).
+        factor : float, optional
+            On the step.
 
         Returns
         -------
         numpy.ndarray
             Shape (rows, columns, k).
         """
-        step = float(np.cbrt(np.finfo(float).eps)) * typical(x, self._size)
+        step = factor * float(np.cbrt(np.finfo(float).eps)) * typical(x, self._size)
         columns = []
         for k, h in enumerate(step):
             ends = np.stack([x, x])

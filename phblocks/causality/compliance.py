@@ -4,7 +4,9 @@ What a port gives answers at once to what it takes: ``C = output E^-1 output^T``
 that gives velocity (``1/m + arm^2/I`` across the arm of a rigid body), and the force per displacement of one that
 takes it (the stiffness of a spring). A stiffness k between two parts oscillates with ``sqrt(k (C_1 + C_2))``, a mass m
 between stiffnesses with ``sqrt((K_1 + K_2) / m)``. Suggested is what oscillates a decade above the fastest that the
-neighbours do already.
+neighbours do already. For a joint of translation, what goes through translation counts: not the swing of a shaft
+against a winding. A joint is never slower than where nothing sets a scale (1000 rad/s): it stands in
+for a rigid one, and the slower its neighbours are the further it would give way.
 
 How fast that is must not depend on a mesh: a finer one carries faster waves and has less mass at its end, and a joint
 that becomes stiffer with it is another joint, so that a refinement would not be one of the same diagram. So a beam
@@ -27,7 +29,7 @@ from phblocks.blocks.form import AngleRows, Form, Piece
 from phblocks.causality.edits import Meeting
 from phblocks.frames import rotate
 from phblocks.network import Junction, Network
-from phblocks.ports import Anchor, Port
+from phblocks.ports import Anchor, Domain, Port
 from phblocks.triplets import Floats, Ints
 
 #: How far above what is there already.
@@ -125,7 +127,9 @@ def _in_fixed_frame(form: Form, port: Port, piece: Piece) -> Floats:
     return rotate(np.asarray(angle), piece.output.csr((2, form.size)).toarray().T).T
 
 
-def fastest_beside(network: Network, forms: Forms, blocks: Collection[Block], known: Collection[str]) -> float:
+def fastest_beside(
+    network: Network, forms: Forms, blocks: Collection[Block], known: Collection[str], domains: Collection[Domain]
+) -> float:
     """Find the fastest oscillation of blocks against what is joined to them, or inside one of both.
 
     Parameters
@@ -138,6 +142,8 @@ def fastest_beside(network: Network, forms: Forms, blocks: Collection[Block], kn
         The blocks.
     known : collection of str
         Names of the blocks that count; those that a repair has put in do not.
+    domains : collection of Domain
+        Of the junctions that count.
 
     Returns
     -------
@@ -148,7 +154,7 @@ def fastest_beside(network: Network, forms: Forms, blocks: Collection[Block], kn
     fastest = 0.0
     for junction in network.joined:
         ports = [p for p in junction.ports if p.block.name in known]
-        if not any(p.block in blocks for p in ports):
+        if junction.domain not in domains or not any(p.block in blocks for p in ports):
             continue
         fastest = max([fastest, *(_inside(network, forms.coarsest(p.block), p) for p in ports)])
         tops = [(p, float(np.linalg.eigvalsh(answer(network, forms.coarsest(p.block), [p]))[-1])) for p in ports]
@@ -176,7 +182,8 @@ def suggest_stiffness(network: Network, forms: Forms, meeting: Meeting, known: C
     """Suggest the stiffness between parts that all give velocity.
 
     The slowest oscillation it adds is a decade above the fastest of these parts against their neighbours
-    (:func:`fastest_beside`), or at 1000 rad/s if they have none with energy, all beams on their coarsest mesh.
+    (:func:`fastest_beside`) in the domains that the joint holds, but never below 1000 rad/s, which is also what it is
+    if they have none with energy; all beams on their coarsest mesh.
     Stiffness is the same in all directions; that against turning, in a weld, is chosen so that it alone would add the
     same frequency.
 
@@ -213,7 +220,8 @@ def suggest_stiffness(network: Network, forms: Forms, meeting: Meeting, known: C
     if not values[0] > 1e-12 * values[-1]:
         return None
     blocks = {port.block for ports in (still, *sides) for port in ports if not port.block.shared}
-    target = DECADE * (fastest_beside(network, forms, blocks, known) or SCALE)
+    domains = {port.domain for ports in sides for port in ports}
+    target = DECADE * max(fastest_beside(network, forms, blocks, known, domains), SCALE)
     stiffness = _rounded(target**2 / values[0])
     tops, directions = np.linalg.eigh(root[:, None] * _compliance(network, forms.meshed, still, sides) * root)
     impulses = np.split(root * directions[:, -1], len(sides))
@@ -247,7 +255,8 @@ def suggest_mass(network: Network, forms: Forms, junction: Junction, known: Coll
     """Suggest the mass of a point at which only parts without mass meet.
 
     The frequency it adds along the stiffest direction, ``sqrt(K / m)`` with the other ends of these parts held, is a
-    decade above the fastest that they take part in already (:func:`fastest_beside`), or 1000 rad/s if there is none.
+    decade above the fastest translation that they take part in already (:func:`fastest_beside`), or 1000 rad/s if
+    there is none.
 
     Parameters
     ----------
@@ -271,7 +280,7 @@ def suggest_mass(network: Network, forms: Forms, junction: Junction, known: Coll
     )
     if not coarse > 0.0:
         return None
-    fastest = fastest_beside(network, forms, {p.block for p in junction.ports}, known)
+    fastest = fastest_beside(network, forms, {p.block for p in junction.ports}, known, {junction.domain})
     mass = _rounded(coarse / (DECADE * (fastest or SCALE)) ** 2)
     return Suggestion(mass, float(np.sqrt(top / mass)), np.ones(1))
 

@@ -232,6 +232,32 @@ def _still(network: Network) -> Port:
     return next(p for b in network.blocks.values() if b.shared for p in b.ports.values() if p.domain is ROTATION)
 
 
+def grounded(network: Network, path: str) -> Network | None:
+    """Attach a loose port to the ground.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    path : str
+        Of the port: it is found by name, since another change may have put another block in the place of its own.
+
+    Returns
+    -------
+    Network or None
+        A new one; ``None`` if the port is not loose, may give by itself, or the ground has no port of its domain.
+    """
+    junction = next((j for j in network.junctions() if [p.path for p in j.ports] == [path]), None)
+    if junction is None or any(c.may_give for p in junction.ports for c in p.block.choices()[0] if c.port is p):
+        return None
+    grounds = [p for b in network.blocks.values() if b.shared for p in b.ports.values() if p.domain == junction.domain]
+    if not grounds:
+        return None
+    result = _rejoined(network, [j for j in network.joined if j.ports != junction.ports])
+    result.join(Junction((*junction.ports, grounds[0]), junction.made_by))
+    return result
+
+
 def _rejoined(network: Network, joined: Iterable[Junction]) -> Network:
     """The same network with other junctions."""
     result = rebuilt(network, {})

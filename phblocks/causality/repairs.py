@@ -35,7 +35,8 @@ class Cost:
     mass : float or None
         Mass added, kg; ``None`` if the parts weigh what they did.
     demands : int
-        How many of the user's requirements are given up: openings left out or turned round, attachments undone.
+        How many of the user's requirements are given up: openings left out or turned round, attachments undone;
+        or of ours made: a loose end attached to the ground.
     """
 
     states: int

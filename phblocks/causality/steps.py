@@ -21,6 +21,7 @@ from phblocks.causality.compliance import Forms, suggest_mass, suggest_stiffness
 from phblocks.causality.conflicts import Conflict
 from phblocks.causality.edits import (
     Meeting,
+    grounded,
     hung_on,
     merged,
     mounted,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 #: Changes tried for one conflict.
 TRIES = 16
 #: Kinds of changes that only add: many can be made at once, one for each conflict.
-ADDITIVE = {"compliance", "mass", "multiplier"}
+ADDITIVE = {"compliance", "mass", "multiplier", "ground"}
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,7 @@ def _kinds(
         "mass": lambda: _masses(network, forms, conflict, known),
         "multiplier": lambda: _multipliers(network, conflict),
         "opening": lambda: _openings(network, conflict),
+        "ground": lambda: _groundings(network, conflict),
     }
 
 
@@ -277,6 +279,20 @@ def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
         names = enumerated(sorted(set(meeting.names)), ", ", "parts")
         what = f"hold {names} together by a multiplier (multiplier=True)"
         yield Step("multiplier", what, hold, meeting.joint.ports, index=2)
+
+
+def _groundings(network: Network, conflict: Conflict) -> Iterator[Step]:
+    """The ground for a loose end of a mechanical part that can only take: a demand that nobody made."""
+    junction = conflict.junction
+    alone = len(junction.ports) == 1 and not junction.exposures and junction.domain.turns_with is not None
+    if not alone or grounded(network, junction.ports[0].path) is None:
+        return
+    path = junction.ports[0].path
+
+    def change(network: Network) -> Network:
+        return grounded(network, path) or network
+
+    yield Step("ground", f"attach {path} to the ground", change, junction.ports, demands=1)
 
 
 def _openings(network: Network, conflict: Conflict) -> Iterator[Step]:

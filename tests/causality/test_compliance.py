@@ -86,9 +86,12 @@ def test_a_body_that_may_move_and_not_turn():
     np.testing.assert_allclose(system.modes(5).frequencies, [expected], rtol=1e-10)
 
 
-@pytest.mark.parametrize("k", [40.0, 4e6])
-def test_a_spring_beside_sets_the_scale(k):
-    """Across a's arm to the spring, 1/m + arm^2/I = 3.5; slowest along the arms, a decade above sqrt(3.5 k)."""
+@pytest.mark.parametrize(("k", "scale"), [(40.0, 100.0), (4e6, np.sqrt(3.5 * 4e6))])
+def test_a_spring_beside_sets_the_scale(k, scale):
+    """Across a's arm to the spring, 1/m + arm^2/I = 3.5; slowest along the arms, a decade above sqrt(3.5 k).
+
+    A soft spring does not make the joint soft: it stays at 1000 rad/s.
+    """
     d = ph.Diagram()
     a = d.add(body("a", 0.0, 1.0, 0.1, p=(0.5, 0.0), q=(-0.5, 0.0)))
     b = d.add(body("b", 1.0, 2.0, 0.1, p=(0.5, 0.0)))
@@ -97,10 +100,29 @@ def test_a_spring_beside_sets_the_scale(k):
     d.pin(spring.start, d.ground)
     d.pin(spring.end, a["q"])
     repair, system = added(d)
-    assert repair.cost.stiffness == pytest.approx(100.0 * 3.5 * k / 1.5, rel=5e-3)
+    assert repair.cost.stiffness == pytest.approx((10.0 * scale) ** 2 / 1.5, rel=5e-3)
     frequencies = system.modes(9).frequencies
     assert frequencies[-1] == pytest.approx(repair.cost.frequency, rel=1e-3)  # the spring adds its little
-    assert frequencies[frequencies > 9.0 * np.sqrt(3.5 * k)].size == 2
+    assert frequencies[frequencies > 9.0 * scale].size == 2
+
+
+@pytest.mark.parametrize("inductance", [1e-2, 1e-8])
+def test_a_motor_is_no_scale_for_a_bearing(inductance):
+    """k^2 / (L I) of the shaft, 10 or 10000 rad/s, says nothing about how stiff the bearing must be."""
+    d = ph.Diagram()
+    rotor, frame = (
+        d.add(body("rotor", 0.5, 1.0, 0.01, p=(0.0, 0.0))),
+        d.add(body("frame", -0.5, 2.0, 0.1, p=(0.0, 0.0))),
+    )
+    motor, earth = d.add(ph.DCMotor("motor", 1.0, 0.1, inductance)), d.add(ph.Reference("earth"))
+    supply = d.add(ph.Voltage("supply", 12.0))
+    d.connect(motor.p, supply.port)
+    d.connect(motor.n, earth.port)
+    d.connect(motor.shaft, rotor.centre.rotation)
+    d.connect(motor.stator, d.ground.rotation)
+    d.pin(rotor["p"], frame["p"])
+    repair, _ = added(d)
+    assert repair.cost.stiffness == pytest.approx(1000.0**2 / 1.5, rel=5e-3)
 
 
 def test_a_beam_with_fixed_ends_counts_as_it_is_meshed():
