@@ -204,8 +204,7 @@ class AdaptiveSteps:
                 self._x, self._theta = pair[1].x, pair[1].theta
                 self.steps += 2
                 yield pair[0], half, False
-                asked = schedule.times is None and count % schedule.save_every == 0
-                yield pair[1], t, t == target or asked
+                yield pair[1], t, t == target or schedule.saves(count)
                 proposed = length * self._factor(error, last_error)
                 h, last_error = min(max(proposed, h) if length < h else proposed, self._limits[1]), max(error, 1e-4)
 
