@@ -71,6 +71,17 @@ def test_the_same_motion(swing, name, rtol):
     np.testing.assert_allclose(solution.energy.supplied, exact.energy.supplied, atol=1e5 * rtol)
 
 
+@pytest.mark.parametrize("name", ["Radau", "BDF", "DOP853"])
+def test_the_error_falls_with_the_tolerance(swing, name):
+    """On smooth data: a hundredth of the tolerance, at most a tenth of the error, down to 1e-5 m or less."""
+    exact = run(swing, ph.GaussLegendre(3), times=np.arange(1, 201) / 200.0).position("beam", 1.0)[-1]
+    errors = []
+    for rtol in (1e-2, 1e-4, 1e-6):
+        solution = run(swing, ph.ScipyIVP(name, rtol=rtol, atol=rtol))
+        errors.append(np.linalg.norm(solution.position("beam", 1.0)[-1] - exact))
+    assert errors[1] < 0.1 * errors[0] and errors[2] < 0.1 * errors[1] and errors[2] < 1e-5
+
+
 def test_the_energy_error_is_shown_as_it_is(swing):
     """It falls with the tolerance; that of the midpoint rule does not depend on anything."""
     start = swing.rigid_motion(spin=2.0)
