@@ -18,7 +18,7 @@ from phblocks.studies.measurement import record
 from phblocks.studies.notes import notes_of
 from phblocks.studies.quantity import Quantity, observe
 from phblocks.studies.reference import Reference, element_counts, extrapolate, given
-from phblocks.studies.run import Job, MakeSystem, Mesh, Run, Setting
+from phblocks.studies.run import Job, MakeSystem, Mesh, Run, Setting, step_control
 from phblocks.studies.settings import name_of, named_methods, positive_values, require_function
 from phblocks.studies.table import Table
 
@@ -239,6 +239,13 @@ def convergence(
         )
     observed = observe(WHERE, quantity, times, t_end, unit)
     [(name, own)] = named_methods(WHERE, {name_of(method): method}, arguments).items()
+    if over == "dt" and step_control(own) is not None:
+        raise DataError(
+            f"{WHERE} over dt",
+            expected="a method with equal steps",
+            got=name if own.get("adaptive") is None else repr(own["adaptive"]),
+            fix="Use work_precision(..., tolerances=...).",
+        )
     fixed = {} if mesh is None else dict(mesh)
     jobs = [
         Job(

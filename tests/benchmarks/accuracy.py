@@ -234,22 +234,23 @@ def timed(system: ph.System, steps: int, dt: float, method: Any) -> float:
 
 
 def growth_table(sizes: Sequence[int], repeats: int) -> str:
-    """Time of a step over the number of elements: of 8 steps more, so that what a run needs once is not in it."""
-    rows, costs, peer_costs, dt = [], [], [], 0.005
+    """Time of a step over the number of elements: of some steps more, so that what a run needs once is not in it."""
+    rows, costs, peer_costs, dt, clock = [], [], [], 0.005, perf_counter()
     for n in sizes:
         system = rubber_pendulum(n)
+        few, more = (4, max(8, 20_000 // n)) if n < 30_000 else (2, 4)
         ours, peer = [], []
         for _ in range(repeats):
             with one_thread():
-                short, long = (timed(system, k, dt, ph.Midpoint()) for k in (4, 12))
-                ours.append((long - short) / 8)
+                short, long = (timed(system, k, dt, ph.Midpoint()) for k in (few, few + more))
+                ours.append((long - short) / more)
                 if n <= 10_000:  # Exudyn makes its elements one by one
-                    few, many = (exudyn_beams.rubber_pendulum(n, 1, dt, k * dt).seconds for k in (4, 12))
-                    peer.append((many - few) / 8)
+                    short, long = (exudyn_beams.rubber_pendulum(n, 1, dt, k * dt).seconds for k in (few, few + more))
+                    peer.append((long - short) / more)
         costs.append(statistics.median(ours))
         peer_costs.append(statistics.median(peer) if peer else math.nan)
         rows.append([str(n), *(f"{1e3 * cost:.2f}" if cost == cost else "-" for cost in (costs[-1], peer_costs[-1]))])
-        print(f"  {n} elements: {1e3 * costs[-1]:.2f} ms a step", flush=True)
+        print(f"  {n} elements: {1e3 * costs[-1]:.2f} ms a step ({perf_counter() - clock:.0f} s)", flush=True)
     exponents = []
     for values in (costs, peer_costs):
         pairs = [(n, c) for n, c in zip(sizes, values, strict=True) if c > 0.0]
