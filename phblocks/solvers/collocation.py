@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from phblocks.solvers.linear import linear_solver
+from phblocks.solvers.linear import BandedSolver, linear_solver
 from phblocks.solvers.stage import StageEquation
 from phblocks.system import System
 from phblocks.triplets import Floats, Ints, Triplets
+
+#: Entries, columns and starts of rows of a sparse matrix.
+Arrays = tuple[Floats, NDArray[np.int32], NDArray[np.int32]]
 
 
 @dataclass(frozen=True)
@@ -135,6 +139,42 @@ class CollocationEquation(StageEquation):
         self._known_force = self._inputs @ u.T
         self._dt = dt
 
+    @property
+    def matrices(self) -> tuple[Arrays, Arrays, Ints, Ints]:
+        """What does not change, for compiled code: the two sparse products, pairs of factors, feature of each pair."""
+        return _arrays(self._linear_parts), _arrays(self._summed), self._pair, self._feature
+
+    @property
+    def sizes(self) -> tuple[int, int, int]:
+        """Numbers of angles, of modulated pairs, and of angles that are not of lines."""
+        return self._turn.shape[0], self._kappa.shape[0], self._n_angles
+
+    @property
+    def products(self) -> int:
+        """Number of terms that are summed into the force."""
+        return int(self._summed.shape[1])
+
+    @property
+    def line_arrays(self) -> tuple[Arrays, Arrays, Floats, NDArray[np.bool_]]:
+        """Span, stretch, free length and whether it is taut, of the line of each direction."""
+        lines = self._line_data
+        none = _arrays(sp.csr_array((0, self.n)))
+        if lines is None:
+            return none, none, np.empty(0), np.empty(0, dtype=bool)
+        return _arrays(lines.span), _arrays(lines.stretch), lines.free, lines.taut
+
+    @property
+    def step_arrays(self) -> tuple[Floats, ...]:
+        """The data of the step, for compiled code."""
+        return (
+            self._alpha_known,
+            self._kappa_given,
+            self._momentum[:, 0],
+            self._known_force,
+            self._rate_weights,
+            self._turn_weights,
+        )
+
     def residual(self, z: Floats) -> Floats:
         """Evaluate the residual.
 
@@ -204,6 +244,10 @@ class CollocationEquation(StageEquation):
         return float(np.finfo(float).eps * np.linalg.norm(rates + force))
 
 
+def _arrays(matrix: sp.csr_array) -> Arrays:
+    return matrix.data, matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
+
+
 @dataclass(frozen=True)
 class Modes:
     """Eigenvalues of A and their vectors, one of each conjugate pair.
@@ -265,6 +309,33 @@ class ModeSolver:
             width = 2 if value.imag else 1
             pair = np.stack([left.real, left.imag], axis=1), np.stack([right.real, -right.imag])
             self._parts.append((solver, kind, pair[0][:, :width].copy(), pair[1][:width].copy()))
+        self._room = [np.empty(n, dtype=kind) for _, kind, _, _ in self._parts]
+
+    @property
+    def banded(self) -> bool:
+        """Whether all factors are banded ones of LAPACK."""
+        return all(isinstance(solver, BandedSolver) for solver, _, _, _ in self._parts)
+
+    @property
+    def arrays(self) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """The last factor of the real mode and of the complex one, for compiled code; arrays of size 0 if there is none.
+
+        For each: factor, half-bandwidth, pivots, weights into the mode and out of it, room for the right-hand side.
+        """
+        result = []
+        for wanted in (float, complex):
+            none = np.empty(0, dtype=wanted)
+            found = (none.reshape(0, 0), 0, np.empty(0, dtype=np.int32), none, none, none)
+            for i, (solver, kind, left, right) in enumerate(self._parts):
+                if kind is wanted and isinstance(solver, BandedSolver):
+                    factor, pivots = solver.factor
+                    if kind is float:
+                        weights = left[:, 0].copy(), right[0].copy()
+                    else:
+                        weights = left[:, 0] + 1j * left[:, 1], right[0] - 1j * right[1]
+                    found = (factor, solver.width, pivots, *weights, self._room[i])
+            result.append(found)
+        return result[0], result[1]
 
     def factorise(self, data: Floats) -> bool:
         """Factorise; return False if a matrix is singular.

@@ -8,6 +8,7 @@ import numpy as np
 
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.solvers.collocation import Collocation, CollocationEquation, ModeSolver
+from phblocks.solvers.compiled import compiled
 from phblocks.solvers.newton import ModifiedNewton, Newton
 from phblocks.solvers.options import require_newton, require_quadratic
 from phblocks.solvers.step import Step
@@ -116,7 +117,7 @@ class GaussLegendreStepper:
         self.stage = CollocationEquation(system, collocation)
         self.solver = ModeSolver(self.stage.rows, self.stage.columns, self.stage.n, self.stage.modes)
         self.nodes, self.weights = (tuple(map(float, v)) for v in (collocation.c, collocation.b))
-        self._newton, self._collocation = newton, collocation
+        self._newton, self._collocation = compiled(newton, self.stage, self.solver), collocation
         self._end, self._extrapolation = collocation.end, collocation.extrapolation
         self._factored_for: float | None = None
 
