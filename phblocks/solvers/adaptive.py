@@ -24,10 +24,11 @@ class Adaptive:
     """Step control: each step is compared with two of half its length, which are what the run goes on with.
 
     The difference, divided by ``2^order - 1``, estimates the error of the two halves. It is measured in the energy
-    norm, ``sqrt(1/2 d^T E d)``, against ``atol + rtol`` times the largest norm of the state so far, or on named
-    outputs against ``atol + rtol`` times the largest size of each so far. A PI controller chooses the next step.
-    Energy is kept exactly whatever the steps, because every accepted step is one of the method. Costs half as many
-    steps again as the same steps without control.
+    norm, ``sqrt(1/2 d^T E d)`` (with the Hessian, eigenvalues taken positive, where the energy is not quadratic),
+    against ``atol + rtol`` times the largest norm of the state so far, or on named outputs against ``atol + rtol``
+    times the largest size of each so far. A run that starts at rest starts with short steps unless atol is given. A PI
+    controller chooses the next step. Energy is kept exactly whatever the steps, because every accepted step is one of
+    the method. Costs half as many steps again as the same steps without control.
 
     Parameters
     ----------
@@ -133,8 +134,9 @@ class ErrorNorm:
 
     def _energy_norm(self, d: Floats, x: Floats) -> float:
         energy = 0.5 * float(d @ (self._system.E @ d))
-        for s in self._system.storages:
-            energy += 0.5 * max(0.0, float(d[s.energy] @ np.asarray(s.hessian(x[s.energy])) @ d[s.energy]))
+        for storage in self._system.storages:
+            values, vectors = np.linalg.eigh(np.asarray(storage.hessian(x[storage.energy])))
+            energy += 0.5 * float(np.abs(values) @ (vectors.T @ d[storage.energy]) ** 2)
         return float(np.sqrt(energy))
 
 

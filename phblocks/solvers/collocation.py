@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from phblocks.solvers.linear import BandedSolver, linear_solver
 from phblocks.solvers.stage import StageEquation
 from phblocks.system import System
-from phblocks.triplets import Floats, Ints, Triplets
+from phblocks.triplets import Floats, Ints
 
 #: Entries, columns and starts of rows of a sparse matrix.
 Arrays = tuple[Floats, NDArray[np.int32], NDArray[np.int32]]
@@ -101,21 +100,6 @@ class CollocationEquation(StageEquation):
         self.collocation = collocation
         self.modes = Modes.of(collocation.A)
         self._inverse = collocation.inverse
-        new = np.argsort(self.order)
-        scale = np.empty(self.n)
-        scale[self.order] = self.scale
-        tensor = Triplets.from_coo(system.T)
-        i, j, k = tensor.indices
-        first, second = np.minimum(new[j], new[k]), np.maximum(new[j], new[k])
-        pairs, pair = np.unique(first * self.n + second, return_inverse=True)
-        self._pair = np.stack([pairs // self.n, pairs % self.n])
-        products = Triplets.of(new[i], pair, values=tensor.values * scale[i] * scale[j] * scale[k])
-        # all that is linear in z in one sparse product, and all that is summed into the force in another
-        self._linear_parts = sp.csr_array(
-            sp.vstack([self._turn, self._kappa, self._mass_matrix, self._matrix(self._rest)])
-        )
-        self._ends = np.cumsum([self._turn.shape[0], self._kappa.shape[0], self.n])
-        self._summed = sp.csr_array(sp.hstack([products.csr((self.n, pairs.size)), self._collect]))
 
     def begin_step(self, x: Floats, theta: Floats, dt: float, u: Floats) -> None:
         """Fix the data of a step.
@@ -188,14 +172,13 @@ class CollocationEquation(StageEquation):
         numpy.ndarray
             Shape (n, stages).
         """
-        linear, (turning, modulated, inertia) = self._linear_parts @ z, self._ends
-        alpha = self._alpha_known + linear[:turning] @ self._turn_weights
-        kappa = linear[turning:modulated] + self._kappa_given
+        parts = self._parts
+        turned, kappa, momentum, forced = parts.linear(z)
+        alpha, kappa = self._alpha_known + turned @ self._turn_weights, kappa + self._kappa_given
         self._at, features = (alpha, kappa), self._features(z, alpha)[0]
-        factors = z.take(self._pair, axis=0)
-        summed = self._summed @ np.concatenate([factors[0] * factors[1], kappa * features.take(self._feature, axis=0)])
-        rate = (linear[modulated:inertia] - self._momentum) @ self._rate_weights
-        return np.asarray(rate - linear[inertia:] - self._known_force - summed)
+        summed = parts.summed(z, kappa * features.take(self._feature, axis=0))
+        rate = (momentum - self._momentum) @ self._rate_weights
+        return np.asarray(rate - forced - self._known_force - summed)
 
     def evaluate(self, z: Floats) -> tuple[Floats, Floats]:
         """Evaluate the residual, and the matrices of the modes at the mean of the stages.
@@ -236,11 +219,10 @@ class CollocationEquation(StageEquation):
         float
             Of its Euclidean norm.
         """
-        size = np.abs(z)
-        a, b = self._pair
-        products = np.concatenate([size[a] * size[b], np.abs(self._at[1])])
-        rates = (abs(self._mass_matrix) @ size) @ np.abs(self._rate_weights)
-        force = abs(self._matrix(self._rest)) @ size + abs(self._summed) @ products + np.abs(self._known_force)
+        size, known = np.abs(z), np.abs(self._known_force)
+        _, _, momentum, forced = abs(self._parts).linear(size)
+        rates = momentum @ np.abs(self._rate_weights)
+        force = forced + abs(self._parts).summed(size, np.abs(self._at[1])) + known
         return float(np.finfo(float).eps * np.linalg.norm(rates + force))
 
 

@@ -20,6 +20,7 @@ import scipy.sparse as sp
 
 from phblocks.solvers.features import Dependence, LineDirections, entry_code, modulated_pairs, taken
 from phblocks.solvers.ordering import narrow_order
+from phblocks.solvers.residual import ResidualParts
 from phblocks.solvers.storages import StorageEquations
 from phblocks.system import System
 from phblocks.system.scaling import state_scale
@@ -250,6 +251,7 @@ class StageEquation:
         """
         self._before = before
         self._tau = tau
+        self._mass_factor = mass_factor
         self._linear = mass_factor * self.mass - self._rest
         theta = theta + tau * (self.system.input_rates @ u)
         self._alpha = self._alpha_reference + self._alpha_rows @ theta
@@ -304,10 +306,15 @@ class StageEquation:
         """
         if self.constant or self._storages is not None:
             return self.evaluate(z)[0]
-        features = self._features(z, self._alpha + self._tau * (self._turn @ z))[0]
-        kappa = self._kappa @ z + self._kappa_known
-        self._work.data = self._linear - 0.5 * (self._cubic @ z)
-        return np.asarray(self._work @ z - self._collect @ (kappa * features[self._feature]) - self._known)
+        turned, kappa, momentum, forced = self._parts.linear(z)
+        features = self._features(z, self._alpha + self._tau * turned)[0]
+        force = forced + self._parts.summed(z, (kappa + self._kappa_known) * features[self._feature])
+        return np.asarray(self._mass_factor * momentum - force - self._known)
+
+    @cached_property
+    def _parts(self) -> ResidualParts:
+        linear = (self._turn, self._kappa, self._mass_matrix, self._matrix(self._rest))
+        return ResidualParts.of(self.system, self.order, self.scale, linear, self._collect)
 
     def _features(self, z: Floats, alpha: Floats) -> tuple[Floats, Floats, tuple[Floats, ...]]:
         """Features, their slopes in the angle, and their derivatives by what lines depend on; for columns alike."""
@@ -363,6 +370,8 @@ class StageEquation:
         float
             Of its Euclidean norm.
         """
-        size = self._matrix(np.abs(self._work.data)) @ np.abs(z) + np.abs(self._known)
-        noise = float(np.finfo(float).eps * np.linalg.norm(size))
+        parts, size = abs(self._parts), np.abs(z)
+        _, kappa, momentum, forced = parts.linear(size)
+        forced = forced + parts.summed(size, kappa + np.abs(self._kappa_known)) + np.abs(self._known)
+        noise = float(np.finfo(float).eps * np.linalg.norm(abs(self._mass_factor) * momentum + forced))
         return noise if self._storages is None else noise + float(np.linalg.norm(self._storages.noise))

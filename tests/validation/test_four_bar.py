@@ -5,6 +5,7 @@ import pytest
 
 import phblocks as ph
 
+EXACT = ph.Midpoint(ph.Newton(), predict=False)  # a new Jacobian in every iteration: their number is bounded
 DIFFERENCE = 392.0  # J, the range of the potential energy over the motion, which errors of energy are measured by
 
 
@@ -30,14 +31,14 @@ def paper(four_bar):
     return {dt: ph.simulate(four_bar(), 10.0, dt) for dt in (0.02, 0.01)}
 
 
-def test_paper_setting_finishes(paper):
-    """Table 1 of the paper: 500 steps; measured: no halving, at most 9 iterations."""
-    solution = paper[0.02]
-    assert solution.status.ok
-    assert solution.t[-1] == 10.0
-    assert solution.x.shape[0] == 501
-    assert solution.statistics.halvings == 0
-    assert solution.statistics.newton_iterations.max() <= 12
+def test_paper_setting_finishes(paper, four_bar):
+    """Table 1 of the paper: 500 steps; measured: no halving, at most 9 iterations, 21 with a kept factor."""
+    for solution, most in ((paper[0.02], 25), (ph.simulate(four_bar(), 10.0, 0.02, method=EXACT), 12)):
+        assert solution.status.ok
+        assert solution.t[-1] == 10.0
+        assert solution.x.shape[0] == 501
+        assert solution.statistics.halvings == 0
+        assert solution.statistics.newton_iterations.max() <= most
 
 
 @pytest.mark.parametrize("dt", [0.02, 0.01])
@@ -100,7 +101,7 @@ def test_a_thousand_times_stiffer_moves_like_rigid_links(references, four_bar):
     expected = table(references["four_bar"]["P_rigid_t"], range(1, 6))
     errors = {}
     for dt in (0.01, 0.005, 0.0025):
-        solution = ph.simulate(four_bar((4, 4, 4), 2, young=2.1e14), 5.0, dt)
+        solution = ph.simulate(four_bar((4, 4, 4), 2, young=2.1e14), 5.0, dt, method=EXACT)
         errors[dt] = np.linalg.norm(path(solution) - expected, axis=1)
         assert solution.statistics.halvings == 0
         assert solution.statistics.newton_iterations.max() <= 6
@@ -122,7 +123,7 @@ def test_newton_copes_with_stiffness_at_the_papers_step(four_bar, elements, degr
     Measured: at most 12 iterations and no halving with degree 2; with the paper's elements one step of 500, at the
     fastest swing, is halved once.
     """
-    solution = ph.simulate(four_bar(elements, degree, young=2.1e14), 10.0, 0.02)
+    solution = ph.simulate(four_bar(elements, degree, young=2.1e14), 10.0, 0.02, method=EXACT)
     assert solution.status.ok
     assert solution.statistics.halvings <= halvings
     assert solution.statistics.newton_iterations.max() <= 15
