@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from phblocks.solvers.linear import BandedSolver, linear_solver
@@ -126,7 +127,8 @@ class CollocationEquation(StageEquation):
     @property
     def matrices(self) -> tuple[Arrays, Arrays, Ints, Ints]:
         """What does not change, for compiled code: the two sparse products, pairs of factors, feature of each pair."""
-        return _arrays(self._linear_parts), _arrays(self._summed), self._pair, self._feature
+        parts = self._parts
+        return _arrays(parts.stacked), _arrays(parts.forces), parts.pairs, self._feature
 
     @property
     def sizes(self) -> tuple[int, int, int]:
@@ -136,7 +138,7 @@ class CollocationEquation(StageEquation):
     @property
     def products(self) -> int:
         """Number of terms that are summed into the force."""
-        return int(self._summed.shape[1])
+        return int(self._parts.forces.shape[1])
 
     @property
     def line_arrays(self) -> tuple[Arrays, Arrays, Floats, NDArray[np.bool_]]:
