@@ -4,7 +4,7 @@ The names below are in the order of their use: make sections and blocks, join th
 compile it to a system, simulate it, read the solution.
 """
 
-from phblocks import errors, plots
+from phblocks import errors, plots, studies
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.load import LineLoad
@@ -92,5 +92,6 @@ __all__ = [
     "errors",
     "plots",
     "simulate",
+    "studies",
 ]
 __version__ = "0.1.0"

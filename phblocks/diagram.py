@@ -25,16 +25,13 @@ from phblocks.errors import (
     PortTypeError,
 )
 from phblocks.nesting import Nested, prefixed
-from phblocks.network import Junction, Network, call_site
+from phblocks.network import GAP_TOLERANCE, Junction, Network, call_site
 from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array
 
 B = TypeVar("B", bound=Block)
-
-#: Anchors closer than this, relative to their coordinates, are in the same place.
-GAP_TOLERANCE = 1e-9
 
 
 class Diagram:
@@ -146,6 +143,8 @@ class Diagram:
             If they are not in the same place.
         PortInUseError
             If the translation of one of them is joined already.
+        PortTypeError
+            If one of them has no port of translation.
         ForeignBlockError
             If the block of one of them is not in the diagram.
         ArgumentTypeError
@@ -173,6 +172,8 @@ class Diagram:
             If they are not in the same place.
         PortInUseError
             If a port of one of them is joined already.
+        PortTypeError
+            If one of them has no port of translation, or none of rotation.
         ForeignBlockError
             If the block of one of them is not in the diagram.
         ArgumentTypeError
@@ -205,7 +206,7 @@ class Diagram:
         Raises
         ------
         PortTypeError
-            If their domains differ.
+            If their domains differ, or one of them is not a port of its block.
         PortInUseError
             If one of them is joined already.
         ForeignBlockError
@@ -283,7 +284,7 @@ class Diagram:
             Of input and output, without dots; components get ".x", ".y".
         imposes : str, optional
             What the outside imposes, by name, such as "force" or "velocity"; by default the summed quantity
-            (force, moment), unless the port can only take the common one (velocity).
+            (force, moment), unless the port, and all it is joined to by now, can only take the common one (velocity).
 
         Raises
         ------
@@ -325,8 +326,10 @@ class Diagram:
                 fix="Name one of the two quantities of the port.",
             )
         if imposes is None:
-            choices, _ = port.block.choices()
-            gives = not next(c.may_give for c in choices if c.port is port)
+            # where nobody at the junction can give, the outside does
+            at = self.network.junction_of.get(port)
+            ports = (port,) if at is None else at.ports
+            gives = not any(c.may_give for p in ports for c in p.block.choices()[0] if c.port is p)
         else:
             gives = imposes == common
         self.network.exposed.append(Exposure(name, port, gives, made_by=f"expose at {call_site()}"))
@@ -363,6 +366,10 @@ class Diagram:
             If the diagram is not causal.
         StructureError
             If the matrices violate the port-Hamiltonian structure.
+        ConstraintError
+            If a constraint follows from others, or holds nothing.
+        GapError
+            If what is joined to a slider is not in the place that it was given.
         """
         if all(block.shared for block in self.network.blocks.values()):
             raise DataError(
@@ -472,6 +479,13 @@ class Diagram:
                 fix="Give a port." + hint,
             )
         self._require_member(port.block, port.path)
+        if port.block.ports.get(port.name) is not port:
+            raise PortTypeError(
+                f"{verb} {port.path}",
+                expected=f"one of the ports of {port.block!r}: {', '.join(port.block.ports)}",
+                got="one it does not have",
+                fix="A shaft such as that of a motor is joined with connect(), not with pin() or weld().",
+            )
 
     def _require_member(self, block: Block, path: str) -> None:
         if self.network.blocks.get(block.name) is not block:

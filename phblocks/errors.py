@@ -87,7 +87,7 @@ class PortInUseError(PhblocksError, ValueError):
 
 
 class GapError(PhblocksError, ValueError):
-    """Two anchors are joined that are not in the same place."""
+    """Two anchors are joined that are not in the same place, or one is not where a slider was told it is."""
 
     code = "PH206"
 
@@ -134,6 +134,12 @@ class ConstraintError(PhblocksError, ValueError):
     code = "PH302"
 
 
+class UndeterminedError(ConstraintError):
+    """Nothing determines what happens at some ports: a ring without loss or storage, a circuit without reference."""
+
+    code = "PH307"
+
+
 class StructureError(PhblocksError, ValueError):
     """Matrices violate the port-Hamiltonian structure (skewness, symmetry, definiteness)."""
 
@@ -150,3 +156,15 @@ class ExportError(PhblocksError, ValueError):
     """A file cannot be written or read."""
 
     code = "PH501"
+
+
+class StudyError(PhblocksError, RuntimeError):
+    """A study cannot be carried out (its reference fails, a worker is lost), or has no such result."""
+
+    code = "PH601"
+
+
+class UnreachedError(PhblocksError, ValueError):
+    """No setting of a study reaches what is asked for."""
+
+    code = "PH602"

@@ -66,15 +66,15 @@ class Nested:
         return f"<Nested {self.name!r}: {', '.join(self)}>"
 
 
-def twin_of(block: B, name: str) -> B:
+def twin_of(block: B, prefix: str) -> B:
     """Copy a block under another name.
 
     Parameters
     ----------
     block : Block
         It is not changed.
-    name : str
-        Of the copy.
+    prefix : str
+        Of the name of the copy, and of the names of its loads.
 
     Returns
     -------
@@ -98,7 +98,7 @@ def twin_of(block: B, name: str) -> B:
         return value
 
     twin.__dict__.update({key: moved(part) for key, part in vars(block).items()})
-    twin.name = name
+    twin.prefix(prefix)
     return twin
 
 
@@ -121,9 +121,9 @@ def prefixed(network: Network, name: str, ground: Block) -> tuple[Network, Neste
     Nested
         Which block became which.
     """
-    shared = {block: ground for block in network.blocks.values() if block.shared}
-    copies = {b: twin_of(b, f"{name}{SEPARATOR}{b.name}") for b in network.blocks.values() if not b.shared}
-    both: dict[Block, Block] = shared | copies
+    own = network.blocks[ground.name]
+    copies = {b: twin_of(b, f"{name}{SEPARATOR}") for b in network.blocks.values() if b is not own}
+    both: dict[Block, Block] = {own: ground, **copies}
     result = Network(network.name, network.gravity, network.space, blocks={b.name: b for b in copies.values()})
 
     def moved(port: Port) -> Port:

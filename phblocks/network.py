@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import networkx as nx
 
@@ -18,6 +18,9 @@ from phblocks.blocks.block import Block
 from phblocks.ports import Domain, Exposure, Port
 from phblocks.space import Space
 from phblocks.triplets import Floats
+
+#: Anchors closer than this, relative to their coordinates, are in the same place.
+GAP_TOLERANCE = 1e-9
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
 
@@ -103,7 +106,12 @@ class Network:
         sequence of Exposure
             In the order of making and adding.
         """
-        return [*self.exposed, *(e for block in self.blocks.values() for e in block.exposures())]
+        brought = [
+            replace(e, made_by=self.added.get(name, ""))
+            for name, block in self.blocks.items()
+            for e in block.exposures()
+        ]
+        return [*self.exposed, *brought]
 
     def junctions(self) -> Sequence[Junction]:
         """List all junctions, with the exposures at each; a port that nobody joined is one of its own.

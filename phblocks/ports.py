@@ -220,12 +220,12 @@ class Exposure:
     signal : callable, array_like or None
         What is imposed if the simulation is given nothing else, as a constant or a function of time.
     made_by : str
-        The call that made it, such as ``"expose at four_bar.py:12"``; empty for that of a source.
+        The call that made it, such as ``"expose at four_bar.py:12"``, or added the block that brings it along.
     """
 
     name: str
     port: Port
     gives: bool
     follows: bool = False
-    signal: Callable[[float], ArrayLike] | ArrayLike | None = None
+    signal: Callable[[float], ArrayLike] | ArrayLike | None = field(default=None, compare=False)  # arrays: by entry
     made_by: str = ""

@@ -98,6 +98,8 @@ def simulate(
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError
         If the method does not keep the energy of the system.
+    StructureError
+        If a J(x) or R(x) of the user's is not skew, or not positive semidefinite, at a step.
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")

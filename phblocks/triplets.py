@@ -188,6 +188,30 @@ class Triplets:
         *rest, last = self.indices
         return Triplets(tuple(rest), self.values * vector[last])
 
+    def times(self, axis: int, matrix: sp.csr_array) -> Triplets:
+        """Multiply one axis by a matrix.
+
+        Parameters
+        ----------
+        axis : int
+            The axis.
+        matrix : scipy.sparse.csr_array
+            Shape (length of the axis, new length).
+
+        Returns
+        -------
+        Triplets
+            Of the same order.
+        """
+        index = self.indices[axis]
+        counts = np.diff(matrix.indptr)[index]
+        entry = np.repeat(np.arange(index.size), counts)
+        within = np.arange(entry.size) - np.repeat(np.cumsum(counts) - counts, counts)
+        place = matrix.indptr[index[entry]] + within
+        indices = [i[entry] for i in self.indices]
+        indices[axis] = matrix.indices[place].astype(np.int64)
+        return Triplets(tuple(indices), self.values[entry] * matrix.data[place])
+
     def coo(self, shape: Sequence[int]) -> sp.coo_array:
         """Convert to ``scipy.sparse``, adding up entries at the same place.
 

@@ -194,6 +194,14 @@ def test_force_to_moment(pair):
 
 
 @pytest.mark.parametrize("verb", ["pin", "weld"])
+def test_a_shaft_has_no_translation(pair, verb):
+    d, a, _ = pair
+    motor = d.add(ph.DCMotor("motor", 1.0, 0.1))
+    with pytest.raises(PortTypeError, match=r"motor\.shaft\.translation: expected one of the ports of .*connect\(\)"):
+        getattr(d, verb)(a.end, motor.shaft.anchor)
+
+
+@pytest.mark.parametrize("verb", ["pin", "weld"])
 def test_a_block_that_was_not_added(pair, bar, verb):
     d, a, _ = pair
     with pytest.raises(ForeignBlockError, match=r"c\.start: expected a block of diagram 'pair'.*add\(\)"):
@@ -337,3 +345,17 @@ def test_an_impossible_diagram_does_not_compile(bar):
     assert not d.check().ok
     with pytest.raises(CausalityError):
         d.compile()
+
+
+def test_expose_asks_the_junction_who_can_give():
+    """Of a beam end that can only take, joined to what gives, the force is exposed; joined to nothing that gives, the
+    velocity."""
+    section = ph.Section(axial=4e4, shear=2e4, bending=60.0, mass=1.2, rotary=2e-3)
+    for taken, imposed in ((True, "velocity"), (False, "force")):
+        d = ph.Diagram()
+        a = d.add(ph.Beam("a", section, (0, 0), (1, 0), elements=2, causality="free-pinned"))
+        b = d.add(ph.Beam("b", section, (1, 0), (2, 0), elements=2, causality="pinned-free" if taken else "free-free"))
+        d.pin(a.end, b.start)
+        d.expose(a.end.translation, "joint")
+        assert d.check().ok
+        assert [i.imposed.name for i in d.compile().inputs] == [imposed] * 2

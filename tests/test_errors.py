@@ -23,9 +23,12 @@ KINDS = {
     "UnderdeterminedError": (ValueError, "PH305"),
     "HeldPortError": (ValueError, "PH306"),
     "ConstraintError": (ValueError, "PH302"),
+    "UndeterminedError": (ValueError, "PH307"),
     "StructureError": (ValueError, "PH401"),
     "MethodError": (ValueError, "PH402"),
     "ExportError": (ValueError, "PH501"),
+    "StudyError": (RuntimeError, "PH601"),
+    "UnreachedError": (ValueError, "PH602"),
 }
 
 

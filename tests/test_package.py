@@ -6,7 +6,10 @@ from importlib.resources import files
 
 import phblocks
 
-HEAVY = {"sympy", "matplotlib", "matplotlib.pyplot", "scipy.io"}
+HEAVY = {
+    *("sympy", "matplotlib", "matplotlib.pyplot", "scipy.io"),
+    *("pandas", "multiprocessing", "concurrent.futures.process", "threadpoolctl", "dask", "distributed"),
+}
 
 
 def test_import_leaves_heavy_modules_alone():

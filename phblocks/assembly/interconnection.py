@@ -14,6 +14,8 @@ from typing import Literal
 import numpy as np
 
 from phblocks.assembly.layout import Layout, lay_out
+from phblocks.assembly.sharing import share
+from phblocks.assembly.sites import find_sites
 from phblocks.assembly.structure import check_structure
 from phblocks.blocks.form import AngleRows
 from phblocks.causality import CausalityReport
@@ -21,7 +23,17 @@ from phblocks.errors import DataError
 from phblocks.frames import NO_TURN, QUARTER, Turn, rotate
 from phblocks.network import Junction, Network
 from phblocks.ports import Exposure, Port
-from phblocks.system import Angles, Connections, Lines, Part, State, System, find_constraints, require_independent
+from phblocks.system import (
+    Angles,
+    Connections,
+    Lines,
+    Part,
+    Sharing,
+    State,
+    System,
+    find_constraints,
+    require_independent,
+)
 from phblocks.triplets import Floats, Ints, Triplets
 
 Outputs = Literal["all"] | None
@@ -71,6 +83,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         If the matrices violate the port-Hamiltonian structure.
     ConstraintError
         If a constraint follows from others.
+    GapError
+        If what is joined to a block is not in the place that the block was given.
     """
     if outputs not in ("all", None):
         raise DataError("compile outputs", expected='"all" or None', got=repr(outputs), fix='Use outputs="all".')
@@ -93,15 +107,27 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     rows = Triplets.join(angle_rows)
     seen = np.concatenate([rows.indices[1], _turn_rows([turn for _, turn in joints.directions]).indices[1]])
     keep = np.ones(layout.n_theta, dtype=bool) if outputs == "all" else np.isin(np.arange(layout.n_theta), seen)
-    place = np.where(keep, np.cumsum(keep) - 1, -1)
-    n, m, n_theta = layout.n, len(layout.inputs), int(keep.sum())
+    same = np.concatenate([layout.theta_same, np.arange(layout.theta_same.size, layout.n_theta)])
+    keep &= same == np.arange(layout.n_theta)
+    place = np.where(keep, np.cumsum(keep) - 1, -1)[same]
+    sharing = share(layout.teams, layout.pieces, network, layout.n)
+    n, m, n_theta = sharing.kept.size, len(layout.inputs), int(keep.sum())
     forms = [(name, layout.forms[name], layout.first_state[name]) for name in layout.forms]
     driven_rows, driven_inputs = layout.driven_rows()
     held = [f.storage.shifted(i) for _, f, i in forms if f.storage is not None]
+    local = Triplets.join(f.kinematics.shifted(i, i) for _, f, i in forms)
+    joints.kinematics += [_with_feature(local, 0)]
     joints.kinematics += [Triplets.of(s.energy, s.coenergy, 0, values=1.0) for s in held]
-    fixed, turning = _constant(_features(Triplets.join(joints.K, order=3), n_angles, len(joints.directions)))
-    fixed_u, turning_u = _constant(_features(Triplets.join(joints.K_u, order=3), n_angles, len(joints.directions)))
+    supply = _features(Triplets.join(joints.K_u, order=3), n_angles, len(joints.directions))
+    exchange = _features(Triplets.join(joints.K, order=3), n_angles, len(joints.directions))
+    fixed, turning = _constant(sharing.reduced(exchange, (0, 1)))
+    fixed_u, turning_u = _constant(sharing.reduced(supply, (0,)))
+    sites, guides = find_sites(layout)
     kinematics_u = _constant(_features(Triplets.join(joints.kinematics_u, order=3), n_angles, 0))[0]
+
+    def matrix(entries: Iterable[Triplets]) -> Triplets:
+        return sharing.reduced(Triplets.join(entries), (0, 1))
+
     system = System(
         name=network.name,
         dimension=network.space.dimension,
@@ -117,31 +143,38 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
             for name, form, first in forms
         ),
         inputs=tuple(layout.inputs),
-        E=Triplets.join(f.E.shifted(i, i) for _, f, i in forms).csr((n, n)),
-        J0=Triplets.join([*(f.J0.shifted(i, i) for _, f, i in forms), fixed]).csr((n, n)),
-        R=Triplets.join(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
-        T=Triplets.join((f.T.shifted(i, i, i) for _, f, i in forms), order=3).coo((n, n, n)),
+        E=matrix(f.E.shifted(i, i) for _, f, i in forms).csr((n, n)),
+        J0=Triplets.join([matrix(f.J0.shifted(i, i) for _, f, i in forms), fixed]).csr((n, n)),
+        R0=matrix(f.R.shifted(i, i) for _, f, i in forms).csr((n, n)),
+        T=sharing.reduced(Triplets.join((f.T.shifted(i, i, i) for _, f, i in forms), order=3), (0, 1, 2)).coo(
+            (n, n, n)
+        ),
         G0=fixed_u.csr((n, m)),
         angles=Angles(_kept(rows, place).csr((n_angles, n_theta)), np.concatenate(references)),
         K=turning,
         K_u=turning_u,
-        K_g=points.weight(gravity, n_joints, n_angles) if heavy else Triplets.empty(),
-        rates=Triplets.of(
-            place[layout.theta_rows[keep[layout.theta_rows]]],
-            layout.theta_states[keep[layout.theta_rows]],
-            values=1.0,
+        K_g=sharing.reduced(points.weight(gravity, n_joints, n_angles), (0,)) if heavy else Triplets.empty(),
+        rates=sharing.reduced(
+            Triplets.of(
+                place[layout.theta_rows[keep[layout.theta_rows]]],
+                layout.theta_states[keep[layout.theta_rows]],
+                values=1.0,
+            ),
+            (1,),
         ).csr((n_theta, n)),
         input_rates=_kept_rows(Triplets.of(driven_rows, driven_inputs, values=1.0), place).csr((n_theta, m)),
-        lines=_lines(layout, joints, place, n_theta),
-        kinematics=_features(Triplets.join(joints.kinematics, order=3), n_angles, 0),
-        kinematics_u=kinematics_u.csr((n, m)),
-        connections=_connections(joints, n_angles),
-        sites=layout.sites(),
+        lines=_lines(layout, joints, sharing, place, n_theta),
+        kinematics=sharing.reduced(_features(Triplets.join(joints.kinematics, order=3), n_angles, 0), (0, 1)),
+        kinematics_u=sharing.reduced(kinematics_u, (0,)).csr((n, m)),
+        connections=_connections(joints, n_angles, supply),
+        sites=sites,
+        guides=guides,
         anchor_angles=layout.anchor_angles(place),
         point_mass=points.mass,
-        point_velocity=points.velocity.csr((points.mass.size * network.space.dimension, n)),
+        point_velocity=sharing.reduced(points.velocity, (1,)).csr((points.mass.size * network.space.dimension, n)),
         point_angles=Angles(_kept(points.angle.rows, place).csr((points.mass.size, n_theta)), points.angle.reference),
-        start=State(_start(layout), np.zeros(n_theta), points.start),
+        start=State(_start(layout)[sharing.kept], np.zeros(n_theta), points.start),
+        sharing=sharing,
         report=report,
     )
     check_structure(system)
@@ -178,7 +211,9 @@ class _Points:
             of_block[name] = slice(count, count + points.mass.size)
             mass.append(points.mass)
             velocity.append(points.velocity.shifted(count * d, layout.first_state[name]))
-            rows.append(points.angle.rows.shifted(count, layout.first_theta[name]))
+            row, place = points.angle.rows.indices
+            place = layout.theta_same[layout.first_theta[name] + place]
+            rows.append(Triplets((row + count, place), points.angle.rows.values))
             reference.append(points.angle.reference)
             start.append(points.start)
             count += points.mass.size
@@ -205,8 +240,11 @@ class _Points:
 
 
 def _join(layout: Layout, junction: Junction, to: _Entries) -> None:
-    """Add the exchange at one junction: the giver with each taker, and the outside."""
-    givers = [port for port in junction.ports if layout.gives(port)]
+    """Add the exchange at one junction: the giver with each taker, and the outside.
+
+    Of several that give together the first stands for all: their states are the same.
+    """
+    givers = [port for port in junction.ports if layout.gives(port)][:1]
     takers = [port for port in junction.ports if not layout.gives(port)]
     for giver in givers:
         for taker in takers:
@@ -327,7 +365,7 @@ def _constant(entries: Triplets) -> tuple[Triplets, Triplets]:
     )
 
 
-def _connections(joints: _Entries, n_angles: int) -> Connections:
+def _connections(joints: _Entries, n_angles: int, supply: Triplets) -> Connections:
     parts = [part for flow in joints.flows for part in flow]
     sizes = [sum(part.values.size for part in flow) for flow in joints.flows]
     return Connections(
@@ -335,10 +373,11 @@ def _connections(joints: _Entries, n_angles: int) -> Connections:
         np.array(joints.blocks, dtype=np.int64).reshape(-1, 2),
         np.repeat(np.arange(len(sizes)), sizes),
         _features(Triplets.join(parts, order=3), n_angles, len(joints.directions)),
+        supply,
     )
 
 
-def _lines(layout: Layout, joints: _Entries, place: Ints, n_theta: int) -> Lines:
+def _lines(layout: Layout, joints: _Entries, sharing: Sharing, place: Ints, n_theta: int) -> Lines:
     """All lines, and the frames in which their directions are seen."""
     numbered = [(layout.first_state[name], line) for name, form in layout.forms.items() for line in form.lines]
     stretches = [
@@ -347,10 +386,11 @@ def _lines(layout: Layout, joints: _Entries, place: Ints, n_theta: int) -> Lines
         if line.stretch is not None
     ]
     turns = [turn for _, turn in joints.directions]
+    spans = np.array([(f + line.span, f + line.span + 1) for f, line in numbered], dtype=np.int64).reshape(-1, 2)
     return Lines(
-        spans=np.array([(f + line.span, f + line.span + 1) for f, line in numbered], dtype=np.int64).reshape(-1, 2),
+        spans=sharing.state_of(spans),
         free=np.array([line.free for _, line in numbered]),
-        stretch=Triplets.join(stretches).csr((len(numbered), layout.n)),
+        stretch=sharing.reduced(Triplets.join(stretches), (1,)).csr((len(numbered), sharing.kept.size)),
         taut=np.array([line.stretch is not None for _, line in numbered], dtype=bool),
         line=np.array([line for line, _ in joints.directions], dtype=np.int64),
         frames=Angles(

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from phblocks.assembly.sharing import Team, same_turns
 from phblocks.blocks.form import FIXED, AngleRows, Form
 from phblocks.causality import CausalityReport
 from phblocks.frames import NO_TURN, Turn
 from phblocks.network import Junction, Network
-from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
-from phblocks.system import Input, Site
+from phblocks.ports import ROTATION, Anchor, Port
+from phblocks.system import Input
 from phblocks.triplets import Floats, Ints, Triplets
 
 AXES = "xyz"
@@ -41,6 +43,10 @@ class Layout:
         The assignment.
     junction_of : dict of Port to Junction
         Where each port is joined; the ground's left out.
+    teams : sequence of sequence of Port
+        Ports that give together at a junction, and share their states.
+    theta_same : numpy.ndarray
+        For each rotation state of a block the one that stands for it, itself unless it is shared.
     """
 
     network: Network
@@ -56,7 +62,9 @@ class Layout:
     first_input: dict[str, int]
     port_gives: dict[Port, bool]
     junction_of: dict[Port, Junction]
-    _driven: dict[Exposure, int] = field(default_factory=dict)
+    teams: Sequence[Team]
+    theta_same: Ints
+    _driven: dict[str, int] = field(default_factory=dict)
     _turns: dict[Anchor, Turn] = field(default_factory=dict)
     _numbers: dict[str, int] = field(default_factory=dict)
 
@@ -113,8 +121,7 @@ class Layout:
             if piece.line is not None:
                 result.append((self.first_line[name] + piece.line, output))
             else:
-                turn = self.orientation(port) if piece.frame is None else self._turn(name, piece.frame)
-                result.append((turn, output))
+                result.append((self._frame(name, port.anchor if piece.frame is None else piece.frame), output))
         return result
 
     def load_pieces(self, port: Port) -> list[tuple[Turn, Triplets]]:
@@ -133,7 +140,7 @@ class Layout:
         name = port.block.name
         return [
             (
-                self._turn(name, FIXED if piece.frame is None else piece.frame),
+                self._frame(name, FIXED if piece.frame is None else piece.frame),
                 piece.output.shifted(0, self.first_state[name]),
             )
             for piece in self.forms[name].loads.get(port.name, ())
@@ -171,13 +178,18 @@ class Layout:
         Turn
             In terms of all rotation states; no turn for a port without anchor.
         """
-        return NO_TURN if port.anchor is None else self._orientation(port.anchor)
+        return self._orientation(port.anchor)
+
+    def _frame(self, block: str, frame: AngleRows | Anchor | None) -> Turn:
+        return self._turn(block, frame) if isinstance(frame, AngleRows) else self._orientation(frame)
 
     def _turn(self, block: str, angle: AngleRows) -> Turn:
-        places, weights = self.first_theta[block] + angle.rows.indices[1], angle.rows.values
+        places, weights = self.theta_same[self.first_theta[block] + angle.rows.indices[1]], angle.rows.values
         return Turn(tuple(places.tolist()), tuple(weights.tolist()), float(angle.reference[0]))
 
-    def _orientation(self, anchor: Anchor) -> Turn:
+    def _orientation(self, anchor: Anchor | None) -> Turn:
+        if anchor is None:
+            return NO_TURN
         if anchor not in self._turns:
             rows = self.forms[anchor.block.name].orientations[anchor.name]
             self._turns[anchor] = self._taken(anchor) if rows is None else self._turn(anchor.block.name, rows)
@@ -190,11 +202,11 @@ class Layout:
             if self.gives(port) and port.anchor is not None:
                 source = self._orientation(port.anchor)
                 return source.shifted(anchor.angle - source.reference)
-        exposure = next(e for e in junction.exposures if e.gives)
-        if exposure not in self._driven:
-            self._driven[exposure] = self.n_theta
+        name = next(e.name for e in junction.exposures if e.gives)
+        if name not in self._driven:
+            self._driven[name] = self.n_theta
             self.n_theta += 1
-        return Turn((self._driven[exposure],), (1.0,), anchor.angle)
+        return Turn((self._driven[name],), (1.0,), anchor.angle)
 
     def driven_rows(self) -> tuple[Ints, Ints]:
         """List the rotation states that inputs drive.
@@ -205,39 +217,8 @@ class Layout:
             The rotation state and the input whose time integral it is.
         """
         rows = list(self._driven.values())
-        inputs = [self.first_input[e.name] for e in self._driven]
+        inputs = [self.first_input[name] for name in self._driven]
         return np.array(rows, dtype=np.int64), np.array(inputs, dtype=np.int64)
-
-    def sites(self) -> tuple[Site, ...]:
-        """List where anchors are joined in space.
-
-        Returns
-        -------
-        tuple of Site
-            One for each junction of translations between two or more anchors, or with an imposed velocity.
-        """
-        result = []
-        for junction in self.network.junctions():
-            anchors = [p.anchor for p in junction.ports if p.anchor is not None]
-            imposed = [e for e in junction.exposures if e.gives]
-            # springs and the like follow what they join; the ground is where it is needed
-            anchors = [a for a in anchors if a.position is None or self.forms[a.block.name].points is not None]
-            placed = [a for a in anchors if a.position is not None]
-            held = any(a.block.shared for a in anchors)
-            if junction.domain != TRANSLATION or not placed or len(placed) + len(imposed) + held < 2:
-                continue
-            assert placed[0].position is not None
-            first = self.first_input[imposed[0].name] if imposed else 0
-            result.append(
-                Site(
-                    name=" = ".join(a.path for a in anchors),
-                    places=tuple((a.block.name, a.place) for a in placed),
-                    start=placed[0].position,
-                    known=bool(imposed) or held,
-                    inputs=tuple(range(first, first + self.network.space.dimension)) if imposed else (),
-                )
-            )
-        return tuple(result)
 
     def anchor_angles(self, place: Ints) -> dict[str, tuple[Ints, Floats, float]]:
         """List the orientation of every anchor in terms of the rotation states that are kept.
@@ -293,6 +274,12 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
         for c in components:
             name = exposure.name if len(components) == 1 else f"{exposure.name}.{AXES[c]}"
             inputs.append(Input(name, imposed, answered, exposure.name, exposure.gives, exposure.signal))
+
+    def coordinates(port: Port) -> Ints:
+        (piece,) = forms[port.block.name].ports[port.name].pieces
+        return first_state[port.block.name] + piece.output.indices[1]
+
+    turning = [team for team in report.shared if team[0].domain == ROTATION]
     layout = Layout(
         network=network,
         forms=forms,
@@ -307,6 +294,8 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
         first_input=first_input,
         port_gives={a.port: a.gives for a in report.assignments},
         junction_of={port: j for j in network.junctions() for port in j.ports if not port.block.shared},
+        teams=report.shared,
+        theta_same=same_turns(turning, coordinates, theta_states),
     )
     for block in network.blocks.values():
         for anchor in block.anchors.values():

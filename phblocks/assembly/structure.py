@@ -33,7 +33,10 @@ def check_structure(system: System) -> None:
     random = np.random.default_rng(0)
     x, theta = random.standard_normal(system.n), random.standard_normal(system.start.theta.size)
     # scaled by the square root of the energy, so that forces and velocities are of one size
-    J = system.J(x * state_scale(system), theta)
+    x = x * state_scale(system)
+    for m in system.modulations:  # functions of the user's need not be defined everywhere
+        x[m.by] = system.start.x[m.by]
+    J = system.J(x, theta)
     _require_small(system, "J", "skew", J + J.T, J)
     _require_definite(system, "E", "definite", system.E, np.flatnonzero(system.carries_energy))
     _require_definite(system, "R", "semidefinite", system.R, np.flatnonzero(abs(system.R).sum(axis=0)))

@@ -10,11 +10,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 from phblocks.blocks.form import Form
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor, Exposure, Place, Port, Ports
 from phblocks.space import Space
+from phblocks.triplets import Floats
 
 
 @dataclass(frozen=True)
@@ -29,11 +31,16 @@ class PortChoice:
         It can give the common quantity (velocity) and take the summed one (force).
     may_take : bool
         It can take the common quantity and give the summed one.
+    shares : {"anchor", "fixed"} or None, optional
+        What it gives are states of its own, one for each component, in the frame of its anchor or in the fixed one:
+        several such ports whose frames keep their angle to each other can give at one junction, by being the same
+        states.
     """
 
     port: Port
     may_give: bool
     may_take: bool
+    shares: Literal["anchor", "fixed"] | None = None
 
 
 @dataclass(frozen=True)
@@ -87,6 +94,47 @@ class Alternative:
     """
 
     block: Block
+    what: str
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """What a block weighs that moves as one, for others to be welded to.
+
+    Parameters
+    ----------
+    mass : float
+        kg.
+    inertia : float
+        About the centre of mass, kg m^2; zero for a point.
+    centre : numpy.ndarray
+        Initial position of the centre of mass, shape (dimension,), m.
+    angle : float or None
+        Initial orientation, rad; ``None`` for a point, which has none.
+    """
+
+    mass: float
+    inertia: float
+    centre: Floats
+    angle: float | None
+
+
+@dataclass(frozen=True)
+class Replacement:
+    """One block in the place of two.
+
+    Parameters
+    ----------
+    block : Block
+        A new one, or one of the two.
+    places : mapping of Port to Port
+        Where ports of the two are now; what is joined to the others falls away.
+    what : str
+        The change in words, such as "make one body of 'a' and 'b'".
+    """
+
+    block: Block
+    places: Mapping[Port, Port]
     what: str
 
 
@@ -161,6 +209,47 @@ class Block(ABC):
         """
         return ()
 
+    @property
+    def rigid(self) -> Rigid | None:
+        """What the block weighs if it is one rigid body or point, ``None`` for all others."""
+        return None
+
+    def welded_to(self, other: Block, name: str) -> Replacement | None:
+        """Make one block of this one and another that cannot move against it, for repairs.
+
+        Parameters
+        ----------
+        other : Block
+            What it is welded to; a point mass may be pinned.
+        name : str
+            Of the new block, if there is one.
+
+        Returns
+        -------
+        Replacement or None
+            ``None`` unless the block says otherwise.
+        """
+        return None
+
+    def in_series_with(self, other: Block, name: str, inner: tuple[Port, Port]) -> Replacement | None:
+        """Make one block of this one and another through which the same force passes, for repairs.
+
+        Parameters
+        ----------
+        other : Block
+            The other one.
+        name : str
+            Of the new block.
+        inner : (Port, Port)
+            The ports, of this block and of the other, that are joined to each other and to nothing else.
+
+        Returns
+        -------
+        Replacement or None
+            ``None`` unless the block says otherwise.
+        """
+        return None
+
     def exposures(self) -> Sequence[Exposure]:
         """List the openings to the outside that the block brings along: those of a source, or of loads.
 
@@ -171,6 +260,16 @@ class Block(ABC):
             is answered by ``Form.loads``.
         """
         return ()
+
+    def prefix(self, prefix: str) -> None:
+        """Put a prefix before the name, and before the names of what the block opens to the outside.
+
+        Parameters
+        ----------
+        prefix : str
+            Of a copy in a diagram that is nested in another.
+        """
+        self.name = prefix + self.name
 
     @property
     def ports(self) -> Mapping[str, Port]:

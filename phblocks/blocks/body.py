@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.blocks.block import Block, BlockPoint, PortChoice, Tie
+from phblocks.blocks.block import Block, BlockPoint, PortChoice, Replacement, Rigid, Tie
+from phblocks.blocks.body_form import BodyForm
 from phblocks.blocks.checks import require_point, require_positive, require_real
-from phblocks.blocks.form import FIXED, AngleRows, Form, History, MaterialPoints, Piece, PortForm, StateRun
+from phblocks.blocks.form import FIXED, AngleRows, MaterialPoints, Piece, PortForm, StateRun
 from phblocks.errors import DataError, UnknownNameError
-from phblocks.frames import QUARTER, rotate
-from phblocks.ports import Anchor, Place
+from phblocks.frames import QUARTER
+from phblocks.ports import Anchor, Port
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, Triplets
 
@@ -22,203 +22,6 @@ VELOCITIES = tuple(StateRun(f"v{axis}", "m/s", "kinetic", np.zeros(1)) for axis 
 SPIN = StateRun("W3", "rad/s", "kinetic", np.zeros(1))
 #: The material frame of a planar body: its one rotation state.
 BODY_ROWS = Triplets.of([0], [0], values=1.0)
-
-
-@dataclass(frozen=True)
-class BodyForm(Form):
-    """A body in its own coordinates: velocity of the centre of mass in the fixed frame, and spin.
-
-    Parameters
-    ----------
-    start_angle : float
-        Initial orientation, rad.
-    centre : numpy.ndarray
-        Initial position of the centre of mass, shape (2,), m.
-    places : tuple of Place
-        The anchors, for drawing.
-    """
-
-    start_angle: float = field(kw_only=True)
-    centre: Floats = field(kw_only=True)
-    places: tuple[Place, ...] = field(kw_only=True, default=())
-    base: ClassVar[Place] = (0.0, 0.0)
-
-    def place(self, s: object, where: str) -> Place:
-        """Check coordinates in the frame of the body; see :meth:`Form.place`.
-
-        Parameters
-        ----------
-        s : object
-            The candidate.
-        where : str
-            What it is, for the message.
-
-        Returns
-        -------
-        Place
-            Two coordinates, m, from the centre of mass.
-
-        Raises
-        ------
-        DataError
-            If it has not two finite coordinates.
-        ArgumentTypeError
-            If it is not made of numbers.
-        """
-        return tuple(require_point(where, s).tolist())  # type: ignore[arg-type]  # checked there
-
-    def outline(self) -> Sequence[Place]:
-        """List the anchors, each joined to the centre of mass; see :meth:`Form.outline`.
-
-        Returns
-        -------
-        sequence of Place
-            Coordinates in the frame of the body, m.
-        """
-        return tuple(p for place in self.places for p in (self.base, place)) or (self.base,)
-
-    def value(self, history: History, name: str, place: Place) -> Floats:
-        """Read a state; see :meth:`Form.value`.
-
-        Parameters
-        ----------
-        history : History
-            Of this body.
-        name : str
-            "vx", "vy" or "W3".
-        place : Place
-            Does not matter.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (times,).
-
-        Raises
-        ------
-        UnknownNameError
-            If the body has no such state.
-        """
-        names = [run.field for run in self.runs]
-        if name not in names:
-            raise UnknownNameError("body", expected=f"one of {', '.join(names)}", got=repr(name), fix="Correct it.")
-        return history.x[:, names.index(name)]
-
-    def velocity(self, history: History, place: Place) -> Floats:
-        """Read the velocity of a place in the frame of the body; see :meth:`Form.velocity`.
-
-        Parameters
-        ----------
-        history : History
-            Of this body.
-        place : Place
-            Coordinates in the frame of the body, m.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (times, 2), m/s.
-        """
-        v = history.x[:, :2]
-        material = rotate(-self.angle(history, place), v)
-        spin = history.x[:, 2:3] if history.x.shape[1] > 2 else 0.0
-        return np.asarray(material + spin * (QUARTER @ np.asarray(place)))
-
-    def angle(self, history: History, place: Place) -> Floats:
-        """Read the orientation; see :meth:`Form.angle`.
-
-        Parameters
-        ----------
-        history : History
-            Of this body.
-        place : Place
-            Does not matter.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (times,), rad.
-        """
-        return np.asarray(self.start_angle + history.theta.sum(axis=1))
-
-    def position(self, history: History, place: Place) -> Floats:
-        """Read the position: that of the centre of mass, integrated from velocity, and the lever to the place.
-
-        Parameters
-        ----------
-        history : History
-            Of this body, with points.
-        place : Place
-            Coordinates in the frame of the body, m.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (times, 2), m.
-
-        Raises
-        ------
-        UnknownNameError
-            If positions were not tracked.
-        """
-        if history.points is None:
-            raise UnknownNameError(
-                "position", expected="tracked positions", got="none", fix='Compile with outputs="all".'
-            )
-        return history.points[:, 0] + self.chord(history, self.base, place)
-
-    def chord(self, history: History, first: Place, second: Place) -> Floats:
-        """Return the vector between two places; see :meth:`Form.chord`.
-
-        Parameters
-        ----------
-        history : History
-            Of this body.
-        first, second : Place
-            Coordinates in the frame of the body, m.
-
-        Returns
-        -------
-        numpy.ndarray
-            From first to second, shape (times, 2), m.
-        """
-        lever = np.asarray(second) - np.asarray(first)
-        return rotate(self.angle(history, first), lever)
-
-    def mean_chord(self, history: History) -> Floats:
-        """Return the vector from the centre of mass to itself: zero.
-
-        Parameters
-        ----------
-        history : History
-            Of this body.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (times, 2), m.
-        """
-        return np.zeros((history.x.shape[0], 2))
-
-    def moving(self, velocity: Floats, spin: float, about: Floats) -> Floats:
-        """Return the states of a rigid motion; see :meth:`Form.moving`.
-
-        Parameters
-        ----------
-        velocity : numpy.ndarray
-            Of the point ``about``, shape (2,), m/s, in the fixed frame.
-        spin : float
-            Angular velocity, rad/s.
-        about : numpy.ndarray
-            A point, shape (2,), m.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (size,).
-        """
-        v = velocity + spin * (QUARTER @ (self.centre - about))
-        return np.array([*v, spin])[: self.size]
 
 
 class RigidBody(Block):
@@ -328,6 +131,28 @@ class RigidBody(Block):
         """
         return BlockPoint(self, tuple(require_point(f"point on {self.name!r}", place).tolist()))
 
+    @property
+    def rigid(self) -> Rigid:
+        """What the body weighs."""
+        return Rigid(self.mass, self.inertia, self.start, self.angle)
+
+    def welded_to(self, other: Block, name: str) -> Replacement | None:
+        """Make one body of this one and another that cannot move against it; see :meth:`Block.welded_to`.
+
+        Parameters
+        ----------
+        other : Block
+            What it is welded to.
+        name : str
+            Of the new body.
+
+        Returns
+        -------
+        Replacement or None
+            With the mass, centre and inertia of both; ``None`` if the other is not rigid.
+        """
+        return _welded(self, other, name)
+
     def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
         """Say that all ports give velocity.
 
@@ -338,7 +163,14 @@ class RigidBody(Block):
         ties : sequence of Tie
             None.
         """
-        return [PortChoice(p, may_give=True, may_take=False) for p in self.ports.values()], []
+        return [PortChoice(p, may_give=True, may_take=False, shares=self._shares(p)) for p in self.ports.values()], []
+
+    def _shares(self, port: Port) -> Literal["anchor", "fixed"] | None:
+        """Angular velocity is a state of its own, and so is the velocity of the centre of mass."""
+        if port.domain.turns_with == "rotation":
+            return "anchor"
+        assert port.anchor is not None
+        return "fixed" if not np.any(port.anchor.place) else None
 
     def form(self, gives: Mapping[str, bool]) -> BodyForm:
         """Reduce the body to its matrices.
@@ -414,6 +246,28 @@ class Mass(Block):
         """The components of the mass."""
         return PLANAR
 
+    @property
+    def rigid(self) -> Rigid:
+        """What the mass weighs."""
+        return Rigid(self.mass, 0.0, self.start, None)
+
+    def welded_to(self, other: Block, name: str) -> Replacement | None:
+        """Make one body of this one and another that cannot move against it; see :meth:`Block.welded_to`.
+
+        Parameters
+        ----------
+        other : Block
+            What it is welded to.
+        name : str
+            Of the new body.
+
+        Returns
+        -------
+        Replacement or None
+            With the mass, centre and inertia of both; ``None`` if the other is not rigid.
+        """
+        return _welded(self, other, name)
+
     def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
         """Say that the mass gives velocity.
 
@@ -424,7 +278,7 @@ class Mass(Block):
         ties : sequence of Tie
             None.
         """
-        return [PortChoice(self.centre.translation, may_give=True, may_take=False)], []
+        return [PortChoice(self.centre.translation, may_give=True, may_take=False, shares="fixed")], []
 
     def form(self, gives: Mapping[str, bool]) -> BodyForm:
         """Reduce the mass to its matrices.
@@ -457,3 +311,24 @@ class Mass(Block):
 
 def _centre_of_mass(mass: float, start: Floats) -> MaterialPoints:
     return MaterialPoints(np.array([mass]), Triplets.of([0, 1], [0, 1], values=1.0), FIXED, start[None])
+
+
+def _welded(first: Block, second: Block, name: str) -> Replacement | None:
+    """One body of two: a point mass of two in the same place, else a rigid body with the anchors of both."""
+    a, b = first.rigid, second.rigid
+    if a is None or b is None:
+        return None
+    what = f"make one body of {first.name!r} and {second.name!r}"
+    mass = a.mass + b.mass
+    if a.angle is None and b.angle is None:
+        point = Mass(name, mass, a.centre)
+        return Replacement(
+            point, {q: point.centre.translation for p in (first, second) for q in p.ports.values()}, what
+        )
+    centre = (a.mass * a.centre + b.mass * b.centre) / mass
+    inertia = sum(p.inertia + p.mass * float(np.sum((p.centre - centre) ** 2)) for p in (a, b))
+    anchors = {f"{p.name}-{key}": anchor for p in (first, second) for key, anchor in p.anchors.items()}
+    positions = {key: anchor.position for key, anchor in anchors.items() if anchor.position is not None}
+    body = RigidBody(name, mass, inertia, centre, positions, angle=b.angle if a.angle is None else a.angle)  # type: ignore[arg-type]  # one has
+    places = {q: r for key, anchor in anchors.items() for q, r in zip(anchor.ports, body[key].ports, strict=False)}
+    return Replacement(body, places, what)

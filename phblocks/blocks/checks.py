@@ -155,6 +155,35 @@ def require_point(where: str, value: ArrayLike) -> Floats:
     return point
 
 
+def require_direction(where: str, value: ArrayLike) -> Floats:
+    """Return a direction in the plane, of length one.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : array_like
+        The candidate, of any length.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (2,).
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not made of numbers.
+    DataError
+        If it has not two finite components, or both are zero.
+    """
+    vector = require_point(where, value)
+    length = float(np.hypot(*vector))
+    if length == 0.0:
+        raise DataError(where, expected="a direction", got="(0, 0)", fix="Correct it.")
+    return np.asarray(vector / length)
+
+
 def require_matrix(where: str, value: ArrayLike, shape: tuple[int, int]) -> Floats:
     """Return a matrix of a given shape.
 

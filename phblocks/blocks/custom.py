@@ -9,23 +9,41 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phblocks.blocks import symbolic
 from phblocks.blocks.branch import lumped_form, state
-from phblocks.blocks.checks import require_matrix, require_semidefinite
+from phblocks.blocks.checks import require_matrix
 from phblocks.blocks.form import NO_ENERGY, Form
+from phblocks.blocks.modulation import Given, Modulation, StateMatrix, typical
 from phblocks.blocks.storage import Storage
-from phblocks.blocks.system_block import TOLERANCE, SystemPort, Typed
-from phblocks.errors import ArgumentTypeError, DataError, StructureError
-from phblocks.triplets import Floats, real_array
+from phblocks.blocks.system_block import SystemPort, Typed
+from phblocks.errors import ArgumentTypeError, DataError, PhblocksError, StructureError
+from phblocks.triplets import Floats, Ints, real_array
 
 #: Relative difference between a derivative and that by differences that counts as a mistake.
 DERIVATIVE = 1e-4
 
+#: A matrix, or a function of the energy variables that returns one.
+MatrixOfState = ArrayLike | Given
+
+#: The matrices there may be.
+LETTERS = "JRGPSN"
+
+#: How many states near the start the structure is verified at, how near they are, and the step of differences there,
+#: relative to the state.
+NEAR, DISTANCE, STEP = 8, 0.05, 1e-5
+
 
 class CustomBlock(Typed):
-    """A port-Hamiltonian system with an energy of the user's, ``x' = (J - R) grad H(x) + G u``, ``y = G^T grad H(x)``.
+    """A port-Hamiltonian system with an energy and matrices of the user's.
 
-    In the assembled system x and ``z = grad H(x)`` are both states. The energy need not be quadratic, so ``simulate``
-    takes ``DiscreteGradient()``, and refuses ``Midpoint()``.
+    ``x' = (J(x) - R(x)) z + (G(x) - P(x)) u`` and ``y = (G(x) + P(x))^T z + (S(x) + N(x)) u`` with
+    ``z = grad H(x)``. In the assembled system x and z are both states, and with P, S, N or a G that depends on x the
+    output and the input of each column too. The energy need not be quadratic, so ``simulate`` takes
+    ``DiscreteGradient()``, and refuses ``Midpoint()``.
+
+    Each matrix is an array or a function of x. Functions are verified at the start and at states near it, and in
+    ``simulate`` at the midpoint of every step: a J(x) that is not skew or an R(x) that is not positive semidefinite
+    there raises ``StructureError``.
 
     Parameters
     ----------
@@ -39,10 +57,13 @@ class CustomBlock(Typed):
         Of H, shape (n,).
     hessian : callable
         Of H, shape (n, n).
-    J, R : array_like, optional
+    J, R : array_like or callable, optional
         Shape (n, n): skew, and symmetric positive semidefinite; zero by default.
-    G : array_like, optional
+    G, P : array_like or callable, optional
         Shape (n, m); zero by default.
+    S, N : array_like or callable, optional
+        Feedthrough, shape (m, m), symmetric and skew, with ``[[R, P], [P^T, S]]`` positive semidefinite; zero by
+        default.
     ports : mapping of str to SystemPort, optional
         By name; together they have each of the m inputs once.
     start : array_like, optional
@@ -51,15 +72,19 @@ class CustomBlock(Typed):
         Kind of energy.
     units : sequence of str, optional
         SI units of x, for tables; unknown ("") by default.
+    derivatives : mapping of str to callable, optional
+        By the letter of a matrix that is a function: its derivative, with one more axis for the variable, so that
+        entry (i, j, k) is that of (i, j) by x[k]. By default central differences, see ``StateMatrix``; they serve
+        Newton's method and linear models only.
 
     Raises
     ------
     DataError
-        If a shape does not fit, H or a derivative is not finite at the start, or the ports do not have each input
-        once.
+        If a shape does not fit, H, a derivative or a matrix is not finite at the start, or the ports do not have each
+        input once.
     StructureError
-        If J is not skew, R not symmetric and positive semidefinite, or gradient and Hessian are not the derivatives
-        of H, seen near the start.
+        If J or N is not skew, ``[[R, P], [P^T, S]]`` not symmetric and positive semidefinite, or a derivative not one,
+        seen at the start and near it.
     ArgumentTypeError
         If an argument is of the wrong kind.
     """
@@ -71,13 +96,17 @@ class CustomBlock(Typed):
         hamiltonian: Callable[[Floats], Any],
         gradient: Callable[[Floats], ArrayLike],
         hessian: Callable[[Floats], ArrayLike],
-        J: ArrayLike | None = None,
-        R: ArrayLike | None = None,
-        G: ArrayLike | None = None,
+        J: MatrixOfState | None = None,
+        R: MatrixOfState | None = None,
+        G: MatrixOfState | None = None,
+        P: MatrixOfState | None = None,
+        S: MatrixOfState | None = None,
+        N: MatrixOfState | None = None,
         ports: Mapping[str, SystemPort] | None = None,
         start: ArrayLike | None = None,
         energy: str = "stored",
         units: Sequence[str] | None = None,
+        derivatives: Mapping[str, Given] | None = None,
     ) -> None:
         super().__init__(name)
         if isinstance(size, bool) or not isinstance(size, (int, np.integer)) or size < 1:
@@ -94,12 +123,6 @@ class CustomBlock(Typed):
         self.hamiltonian: Callable[[Floats], float] = lambda x: float(hamiltonian(x))
         self.gradient: Callable[[Floats], Floats] = lambda x: np.asarray(gradient(x), dtype=float)
         self.hessian: Callable[[Floats], Floats] = lambda x: np.asarray(hessian(x), dtype=float)
-        none = np.zeros((n, n))
-        self.J = none if J is None else require_matrix(f"{self._where} J", J, (n, n))
-        self.R = none if R is None else require_matrix(f"{self._where} R", R, (n, n))
-        given = None if G is None else real_array(G)
-        columns = given.shape[1] if given is not None and given.ndim == 2 else 0
-        self.G = np.zeros((n, 0)) if G is None else require_matrix(f"{self._where} G", G, (n, columns))
         x = np.zeros(n) if start is None else real_array(start)
         if x is None or x.shape != (n,) or not np.isfinite(x).all():
             raise DataError(f"{self._where} start", expected=f"{n} finite numbers", got=repr(start), fix="Correct it.")
@@ -109,21 +132,14 @@ class CustomBlock(Typed):
             raise DataError(
                 f"{self._where} units", expected=f"{n} texts", got=str(len(self.units)), fix="Name one for each state."
             )
-        defect = np.abs(self.J + self.J.T).max()
-        if defect > TOLERANCE * np.abs(self.J).max():
-            raise StructureError(
-                f"{self._where} J",
-                expected="a skew matrix",
-                got=f"a defect of {defect:.3g}",
-                fix="Move the symmetric part to R, with the opposite sign.",
-            )
-        require_semidefinite(f"{self._where} R", self.R)
         self._check_energy()
-        self._make_ports(ports, self.G.shape[1])
+        m = self._take({"J": J, "R": R, "G": G, "P": P, "S": S, "N": N}, derivatives or {})
+        self._check_matrices()
+        self._make_ports(ports, m)
 
     @classmethod
     def from_sympy(cls, name: str, hamiltonian: Any, variables: Sequence[Any], **options: Any) -> CustomBlock:
-        """Make a block from an expression; gradient and Hessian are derived.
+        """Make a block from expressions; all derivatives are derived.
 
         Parameters
         ----------
@@ -134,7 +150,7 @@ class CustomBlock(Typed):
         variables : sequence of sympy.Symbol
             The energy variables x, in their order.
         **options : object
-            J, R, G, ports and so on, as of the class.
+            J, R, G, ports and so on, as of the class; matrices may be sympy matrices in the variables.
 
         Returns
         -------
@@ -144,35 +160,78 @@ class CustomBlock(Typed):
         Raises
         ------
         DataError
-            If the expression depends on other symbols.
+            If an expression depends on other symbols.
         ArgumentTypeError
             If it is not an expression, or a variable not a symbol.
         """
-        import sympy
+        where, x = f"CustomBlock {name!r}", symbolic.require_symbols(f"CustomBlock {name!r} variables", variables)
+        functions = symbolic.energy_of(f"{where} hamiltonian", hamiltonian, x)
+        derivatives = dict(options.pop("derivatives", None) or {})
+        for letter in LETTERS:
+            found = symbolic.matrix_of(f"{where} {letter}", options.get(letter), x)
+            if found is not None:
+                options[letter], slope = found
+                if slope is not None:
+                    derivatives.setdefault(letter, slope)
+        return cls(name, len(x), *functions, derivatives=derivatives, **options)
 
-        where, x = f"CustomBlock {name!r}", list(variables)
-        if not isinstance(hamiltonian, sympy.Expr):
-            raise ArgumentTypeError(
-                f"{where} hamiltonian", expected="a sympy expression", got=repr(hamiltonian), fix="Write one."
-            )
-        if not all(isinstance(symbol, sympy.Symbol) for symbol in x):
-            raise ArgumentTypeError(
-                f"{where} variables", expected="sympy symbols", got=repr(variables), fix="Use sympy.symbols."
-            )
-        others = sorted(str(symbol) for symbol in hamiltonian.free_symbols - set(x))
-        if others:
+    def _take(self, given: Mapping[str, MatrixOfState | None], derivatives: Mapping[str, Given]) -> int:
+        """Keep the matrices; return the number of inputs."""
+        n, m, at_start = self.start.size, 0, {}
+        for letter, value in given.items():
+            if value is not None:
+                at_start[letter] = self._called(letter, value) if callable(value) else value
+        for letter, axis in (("N", 0), ("S", 0), ("P", 1), ("G", 1)):  # the first of G, P, S, N says how many inputs
+            array = real_array(at_start.get(letter))
+            m = array.shape[axis] if array is not None and array.ndim == 2 else m
+        shapes = {"J": (n, n), "R": (n, n), "G": (n, m), "P": (n, m), "S": (m, m), "N": (m, m)}
+        self.matrices: dict[str, StateMatrix] = {}
+        for letter, shape in shapes.items():
+            where, function, derivative = f"{self._where} {letter}", given[letter], derivatives.get(letter)
+            if derivative is not None and not (callable(function) and callable(derivative)):
+                raise ArgumentTypeError(
+                    f"{self._where} derivatives",
+                    expected="functions, of matrices that are functions",
+                    got=f"{derivative!r} for {letter} = {function!r}"[:120],
+                    fix="Leave it out, or give both as functions of x.",
+                )
+            matrix = np.zeros(shape) if function is None else require_matrix(where, at_start[letter], shape)
+            source = function if callable(function) else matrix
+            self.matrices[letter] = StateMatrix(where, source, shape, self._size, derivative)
+        if unknown := sorted(derivatives.keys() - shapes.keys()):
             raise DataError(
-                f"{where} hamiltonian",
-                expected="an expression in the variables alone",
-                got=f"one in {', '.join(others)} too",
-                fix="Substitute numbers for the parameters.",
+                f"{self._where} derivatives", expected="letters of J, R, G, P, S, N", got=repr(unknown), fix="Correct."
             )
-        slopes = [hamiltonian.diff(a) for a in x]
-        value, first, second = (
-            sympy.lambdify([x], expression, modules="numpy", cse=True)
-            for expression in (hamiltonian, slopes, [[slope.diff(b) for b in x] for slope in slopes])
-        )
-        return cls(name, len(x), value, first, second, **options)
+        return m
+
+    def _called(self, word: str, function: Callable[[Floats], Any]) -> Any:
+        """Evaluate a function of the user's at the start."""
+        try:
+            return function(self.start)
+        except (TypeError, ValueError, IndexError) as error:
+            raise ArgumentTypeError(
+                f"{self._where} {word}", expected="a function of x", got=str(error), fix="Correct it."
+            ) from error
+
+    def _check_matrices(self) -> None:
+        """See that J and R are what they must be, at the start and near it, and derivatives derivatives."""
+        modulation = self._modulation(np.arange(self.start.size), np.arange(self._acted))
+        matrices = tuple(self.matrices.values())
+        near = [at for at in self._near() if _defined(matrices, at)]
+        modulation.verified(np.stack(near))
+        for letter, matrix in self.matrices.items():
+            for at in [] if matrix.constant else near:
+                scale = typical(at, self._size)
+                slope, found = matrix.slope(at) * scale, matrix.differences(at) * scale
+                size = np.abs(slope).max(initial=0.0) + np.abs(found).max(initial=0.0)
+                defect, noise = np.abs(slope - found).max(initial=0.0), 1e-9 * np.abs(matrix(at)).max(initial=0.0)
+                if np.isfinite(found).all() and not defect <= DERIVATIVE * size + noise:
+                    raise StructureError(
+                        f"{self._where} derivative of {letter}",
+                        expected=f"the derivative of {letter}(x)",
+                        got=f"one that differs by {defect:.3g}, for variables of their size, at x = {at.tolist()}",
+                        fix="Correct the function, or leave it out.",
+                    )
 
     def _check_energy(self) -> None:
         """See that the derivatives have their shapes and are derivatives, at the start and near it."""
@@ -191,24 +250,66 @@ class CustomBlock(Typed):
             if value.shape != shape or not np.isfinite(value).all():
                 got = f"shape {value.shape}" if value.shape != shape else "numbers that are not finite at the start"
                 raise DataError(f"{self._where} {word}", expected=f"shape {shape}", got=got, fix="Correct it.")
-        step = 1e-5 * (1.0 + np.abs(x))
-        for at in (x, x + 1e3 * step * np.cos(np.arange(1, n + 1))):
+        curvature = np.abs(self.hessian(x).diagonal())
+        self._size = 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0))
+        for at in self._near():
+            scale = typical(at, self._size)  # products with it are all of one unit, J
+            steps = STEP * np.diag(scale)
+            if not all(_defined((self.hamiltonian, self.gradient), at + d) for d in (*steps, *-steps)):
+                continue
             for word, function, derivative in (
                 ("gradient", self.hamiltonian, self.gradient(at)),
-                ("hessian", self.gradient, self.hessian(at)),
+                ("hessian", lambda x, scale=scale: self.gradient(x) * scale, self.hessian(at) * scale[:, None]),
             ):
-                ends = [(np.asarray(function(at + d)), np.asarray(function(at - d))) for d in np.diag(step)]
-                found = np.stack([(b - a) / (2.0 * h) for (b, a), h in zip(ends, step, strict=True)], axis=-1)
-                size = np.abs(derivative).max() + np.abs(found).max()
-                round_off = 1e-15 * max(np.abs(b).max() for b, _ in ends) / step.min()
-                defect = np.abs(found - derivative).max()
-                if np.isfinite(found).all() and defect > DERIVATIVE * size + 10.0 * round_off + 1e-8:
+                ends = np.array([[function(at + d), function(at - d)] for d in steps])
+                found, given = (ends[:, 0] - ends[:, 1]).T / (2.0 * STEP), derivative * scale
+                size, noise = np.abs(given).max() + np.abs(found).max(), 1e-14 / STEP * np.abs(ends).max()
+                defect = np.abs(found - given).max()
+                if np.isfinite(found).all() and not defect <= DERIVATIVE * size + noise:
                     raise StructureError(
                         f"{self._where} {word}",
                         expected=f"the derivative of the {'hamiltonian' if word == 'gradient' else 'gradient'}",
-                        got=f"one that differs by {defect:.3g} at x = {at.tolist()}",
+                        got=f"one that differs by {defect:.3g} J, for variables of their size, at x = {at.tolist()}",
                         fix="Correct the function, or let CustomBlock.from_sympy derive it.",
                     )
+
+    def _near(self) -> list[Floats]:
+        """The start, and states around it where the energy is defined."""
+        random, x = np.random.default_rng(0), self.start
+        around = x + random.uniform(-DISTANCE, DISTANCE, (NEAR, x.size)) * typical(x, self._size)
+        return [x, *(at for at in around if _defined((self.hamiltonian, self.gradient, self.hessian), at))]
+
+    @property
+    def _varying(self) -> bool:
+        return not all(matrix.constant for matrix in self.matrices.values())
+
+    @property
+    def _through(self) -> bool:
+        """Outputs and inputs are states too: the inputs act on each other, or how they act depends on x."""
+        G, *others = (self.matrices[letter] for letter in "GPSN")
+        return not G.constant or any(not matrix.constant or matrix(self.start).any() for matrix in others)
+
+    @property
+    def _acted(self) -> int:
+        """How many states the matrices act on: z, and with feedthrough (given, taken) for each input."""
+        n, m = self.start.size, len(self.matrices["S"](self.start))
+        return n + 2 * m * self._through
+
+    def _modulation(self, by: Ints, on: Ints) -> Modulation:
+        letters, size = self.matrices, self._acted
+
+        def interconnection(x: Floats) -> Floats:
+            return _interconnection(size, letters["J"](x), letters["G"](x), letters["N"](x), 1.0)
+
+        def dissipation(x: Floats) -> Floats:
+            return _dissipation(size, letters["R"](x), letters["P"](x), letters["S"](x))
+
+        def slope(x: Floats) -> Floats:
+            d = {letter: matrix.slope(x) for letter, matrix in letters.items()}
+            return _interconnection(size, d["J"], d["G"], d["N"], 0.0) - _dissipation(size, d["R"], d["P"], d["S"])
+
+        names = ("[[J, G], [-G^T, -N]]", "[[R, P], [P^T, S]]") if self._through else ("J", "R")
+        return Modulation(self._where, by, on, interconnection, dissipation, slope, names)
 
     def form(self, gives: Mapping[str, bool]) -> Form:
         """Reduce the block to its matrices and its energy.
@@ -221,18 +322,59 @@ class CustomBlock(Typed):
         Returns
         -------
         Form
-            The states x, then z.
+            The states x, then z, and with feedthrough (given, taken) for each input.
         """
-        n = self.start.size
-        E, J, R = (np.zeros((2 * n, 2 * n)) for _ in range(3))
-        J[n:, n:], R[n:, n:] = (self.J - self.J.T) / 2.0, (self.R + self.R.T) / 2.0
+        n, m = self.start.size, len(self.matrices["S"](self.start))
+        energy, coenergy, acted = np.arange(n), np.arange(n, 2 * n), np.arange(n, n + self._acted)
+        modulation = self._modulation(energy, acted)
+        E, J, R = (np.zeros((n + acted.size, n + acted.size)) for _ in range(3))
+        if not self._varying:
+            skew, loss = modulation.interconnection(self.start), modulation.dissipation(self.start)
+            J[n:, n:], R[n:, n:] = (skew - skew.T) / 2.0, (loss + loss.T) / 2.0
         runs = [state(f"x{i}", unit, self.energy) for i, unit in enumerate(self.units)]
         runs += [state(f"z{i}", f"J/({unit})" if unit else "", NO_ENERGY) for i, unit in enumerate(self.units)]
-        output = np.hstack([np.zeros_like(self.G.T), self.G.T])
+        output = np.zeros((m, n + acted.size))
+        if self._through:
+            runs += [state(f"given{i}", "") for i in range(m)] + [state(f"taken{i}", "") for i in range(m)]
+            output[:, 2 * n : 2 * n + m] = np.eye(m)
+        else:
+            output[:, coenergy] = self.matrices["G"](self.start).T
         outputs = {name: (self._gives(name), output[list(port.columns)]) for name, port in self.typing.items()}
-        form = lumped_form(self._ports, runs, E, J, R, outputs, np.concatenate([self.start, self.gradient(self.start)]))
-        curvature = np.abs(self.hessian(self.start).diagonal())
-        size = 1.0 / np.sqrt(np.where(curvature > 0.0, curvature, 1.0))
-        energy = np.arange(n)
-        storage = Storage(energy, energy + n, self.hamiltonian, self.gradient, self.hessian, size)
-        return replace(form, storage=storage)
+        start = np.concatenate([self.start, self.gradient(self.start), np.zeros(acted.size - n)])
+        form = lumped_form(self._ports, runs, E, J, R, outputs, start)
+        storage = Storage(energy, coenergy, self.hamiltonian, self.gradient, self.hessian, self._size)
+        return replace(form, storage=storage, modulation=modulation if self._varying else None)
+
+
+def _defined(functions: Sequence[Callable[[Floats], Any]], x: Floats) -> bool:
+    """Whether functions have finite values at a state; a logarithm need not."""
+    with np.errstate(all="ignore"):
+        try:
+            return all(np.isfinite(function(x)).all() for function in functions)
+        except PhblocksError:
+            raise
+        except (ValueError, ArithmeticError):
+            return False
+
+
+def _interconnection(size: int, J: Floats, G: Floats, N: Floats, unit: float) -> Floats:
+    """Put J, G, N in place; a third axis stays the third. ``0 = u - a``, ``0 = y - G^T z - N a``."""
+    n, m = G.shape[:2]
+    matrix = np.zeros((size, size, *J.shape[2:]))
+    matrix[:n, :n] = J
+    if size > n:
+        y, a = np.arange(n, n + m), slice(n + m, size)
+        matrix[:n, a], matrix[a, :n], matrix[a, a] = G, -G.swapaxes(0, 1), -N
+        matrix[y, y + m], matrix[y + m, y] = -unit, unit
+    return matrix
+
+
+def _dissipation(size: int, R: Floats, P: Floats, S: Floats) -> Floats:
+    """Put R, P, S in place; a third axis stays the third."""
+    n, m = P.shape[:2]
+    matrix = np.zeros((size, size, *R.shape[2:]))
+    matrix[:n, :n] = R
+    if size > n:
+        a = slice(n + m, size)
+        matrix[:n, a], matrix[a, :n], matrix[a, a] = P, P.swapaxes(0, 1), S
+    return matrix

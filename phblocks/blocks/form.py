@@ -8,16 +8,19 @@ from typing import ClassVar
 
 import numpy as np
 
+from phblocks.blocks.hold import Hold
+from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
 from phblocks.errors import DataError, UnknownNameError
-from phblocks.ports import Place
+from phblocks.ports import Anchor, Place
 from phblocks.triplets import Floats, Ints, Triplets
 
 #: Kind of energy of a state that stores none: a multiplier, or a state of a part without memory.
 NO_ENERGY = "none"
 
 
-#: Kind of energy of states that belong to the configuration: spans of lines, which move with velocities.
+#: Kind of energy of states that belong to the configuration, such as spans of lines: they move with velocities, and
+#: what moves them is in ``Form.kinematics`` or follows from ``Form.lines``.
 CONFIGURATION = "configuration"
 
 
@@ -73,14 +76,15 @@ class Piece:
     output : Triplets
         Shape (components, states); what the port takes enters the state equations through the transpose. Along a
         line, one row.
-    frame : AngleRows or None
-        Orientation of the frame, one row; ``None`` for the frame of the anchor, :data:`FIXED` for the fixed one.
+    frame : AngleRows, Anchor or None
+        Orientation of the frame, one row; that of another anchor of the block; ``None`` for the port's own anchor,
+        :data:`FIXED` for the fixed frame.
     line : int or None
         The line of the block along which the output points, if it points along a line.
     """
 
     output: Triplets
-    frame: AngleRows | None = None
+    frame: AngleRows | Anchor | None = None
     line: int | None = None
 
 
@@ -197,9 +201,15 @@ class Form:
         What answers the exposures of the block's own whose port is no place to be joined at, by name of that port:
         an input u enters the state equations as the sum of ``output^T Lambda(frame)^T u``. For a load that follows
         the material frame is :data:`FIXED`.
+    kinematics : Triplets
+        Rates of the states of the configuration from the states, shape (size, size), those of lines left out.
+    holds : sequence of Hold
+        Which ports it holds together in position.
     storage : Storage or None
         The states whose energy is not quadratic, if there are any; E, J0, R, T and the outputs of ports do not act on
         its energy variables, and E not on its co-energy variables.
+    modulation : Modulation or None
+        Parts of J and R that depend on the energy variables of the storage, beside J0, T and R.
     """
 
     size: int
@@ -215,7 +225,10 @@ class Form:
     start: Floats | None = None
     lines: Sequence[LineForm] = ()
     loads: Mapping[str, Sequence[Piece]] = field(default_factory=dict)
+    kinematics: Triplets = field(default_factory=Triplets.empty)
+    holds: Sequence[Hold] = ()
     storage: Storage | None = None
+    modulation: Modulation | None = None
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from phblocks.blocks.block import Block, PortChoice, Tie
+from phblocks.blocks.block import Block, PortChoice, Replacement, Tie
 from phblocks.blocks.form import AngleRows, Form, PortForm
 from phblocks.ports import Anchor
 from phblocks.space import Space
@@ -50,6 +50,28 @@ class Ground(Block):
             None.
         """
         return [PortChoice(port, may_give=True, may_take=False) for port in self.anchor.ports], []
+
+    def welded_to(self, other: Block, name: str) -> Replacement | None:
+        """Take the place of a rigid part that cannot move.
+
+        Parameters
+        ----------
+        other : Block
+            What is held by the ground.
+        name : str
+            Does not matter.
+
+        Returns
+        -------
+        Replacement or None
+            The ground; ``None`` if the other is not rigid.
+        """
+        if other.rigid is None:
+            return None
+        ports = self.anchor.ports
+        places = {q: r for a in other.anchors.values() for q, r in zip(a.ports, ports, strict=False)}
+        what = f"leave out {other.name!r}, which cannot move, and attach to the ground what hangs on it"
+        return Replacement(self, places, what)
 
     def form(self, gives: Mapping[str, bool]) -> Form:
         """Reduce the ground to no states at all.

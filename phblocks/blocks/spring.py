@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from phblocks.blocks.block import Block, PortChoice, Tie
+from phblocks.blocks.block import Block, PortChoice, Replacement, Tie
 from phblocks.blocks.checks import require_point, require_positive
 from phblocks.blocks.form import CONFIGURATION, FIXED, NO_ENERGY, Form, LineForm, Piece, PortForm, StateRun
-from phblocks.ports import Anchor
+from phblocks.ports import Anchor, Port
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, Triplets
 
@@ -67,6 +67,21 @@ class Line(Block):
             None.
         """
         return [PortChoice(p, may_give=False, may_take=True) for p in self.ports.values()], []
+
+    def _outer(self, other: Line, inner: tuple[Port, Port]) -> tuple[Anchor, Anchor] | None:
+        """Return the two ends that are not joined to each other; ``None`` if they are in one place."""
+        first, second = (
+            line.end if port is line.start.translation else line.start
+            for line, port in zip((self, other), inner, strict=True)
+        )
+        apart = np.linalg.norm(np.asarray(second.position) - np.asarray(first.position))
+        return (first, second) if apart > 0.0 else None
+
+    def _replaced(self, other: Line, line: Line, outer: tuple[Anchor, Anchor]) -> Replacement:
+        """The line from one outer end to the other."""
+        what = f"make one {type(self).__name__.lower()} of {self.name!r} and {other.name!r} in series"
+        places = {outer[0].translation: line.start.translation, outer[1].translation: line.end.translation}
+        return Replacement(line, places, what)
 
     def _form(self, energy: str, E: Triplets, R: Triplets, start: float, free: float, stretch: float | None) -> Form:
         """Three states: the force N (tension positive) and the span."""
@@ -126,6 +141,33 @@ class Spring(Line):
         if free_length is not None and free_length != 0.0:
             require_positive(f"Spring {name!r} free_length", free_length)
 
+    def in_series_with(self, other: Block, name: str, inner: tuple[Port, Port]) -> Replacement | None:
+        """Make one spring of this one and another in series: ``1/k = 1/k_1 + 1/k_2``, free lengths added.
+
+        It is what the two are without a mass between them, once they are straight.
+
+        Parameters
+        ----------
+        other : Block
+            The other one.
+        name : str
+            Of the new spring.
+        inner : (Port, Port)
+            The ports that are joined to each other.
+
+        Returns
+        -------
+        Replacement or None
+            ``None`` if the other is no spring, or the outer ends are in one place.
+        """
+        outer = self._outer(other, inner) if isinstance(other, Spring) else None
+        if outer is None or not isinstance(other, Spring):
+            return None
+        stiffness = 1.0 / (1.0 / self.stiffness + 1.0 / other.stiffness)
+        free = self.free_length + other.free_length
+        spring = Spring(name, stiffness, outer[0].position, outer[1].position, free)
+        return self._replaced(other, spring, outer)
+
     def form(self, gives: Mapping[str, bool]) -> Form:
         """Reduce the spring to its matrices.
 
@@ -172,6 +214,32 @@ class Damper(Line):
     def __init__(self, name: str, damping: float, start: object, end: object) -> None:
         super().__init__(name, start, end)
         self.damping = require_positive(f"Damper {name!r} damping", damping)
+
+    def in_series_with(self, other: Block, name: str, inner: tuple[Port, Port]) -> Replacement | None:
+        """Make one damper of this one and another in series: ``1/c = 1/c_1 + 1/c_2``.
+
+        It is what the two are without a mass between them, once they are straight.
+
+        Parameters
+        ----------
+        other : Block
+            The other one.
+        name : str
+            Of the new damper.
+        inner : (Port, Port)
+            The ports that are joined to each other.
+
+        Returns
+        -------
+        Replacement or None
+            ``None`` if the other is no damper, or the outer ends are in one place.
+        """
+        outer = self._outer(other, inner) if isinstance(other, Damper) else None
+        if outer is None or not isinstance(other, Damper):
+            return None
+        damping = 1.0 / (1.0 / self.damping + 1.0 / other.damping)
+        damper = Damper(name, damping, outer[0].position, outer[1].position)
+        return self._replaced(other, damper, outer)
 
     def form(self, gives: Mapping[str, bool]) -> Form:
         """Reduce the damper to its matrices.

@@ -5,65 +5,74 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from phblocks.blocks.block import PortChoice, Tie
-from phblocks.blocks.branch import Lumped, branch_form, lumped_form, state
-from phblocks.blocks.checks import require_finite
-from phblocks.blocks.form import Form
+from phblocks.blocks.branch import Lumped, lumped_form, state
+from phblocks.blocks.checks import require_direction, require_finite, require_matrix
+from phblocks.blocks.form import Form, StateRun
 from phblocks.errors import ArgumentTypeError, DataError
-from phblocks.ports import ROTATION, Domain
+from phblocks.ports import ROTATION, Domain, Quantity
 from phblocks.space import PLANAR, Space
+from phblocks.triplets import Floats, real_array
 
 
 class _Pair(Lumped):
-    """Two ports ``first`` and ``second``, each of one component, and a ratio that is not zero."""
+    """Two ports ``first`` and ``second``."""
 
-    def __init__(self, name: str, ratio: float, first: Domain, second: Domain) -> None:
+    def __init__(self, name: str, first: Domain, second: Domain) -> None:
         super().__init__(name)
-        kind = type(self).__name__
-        self.ratio = require_finite(f"{kind} {name!r} ratio", ratio)
-        if self.ratio == 0.0:
-            raise DataError(f"{kind} {name!r} ratio", expected="a number that is not 0", got="0", fix="Correct it.")
         for side, domain in (("first", first), ("second", second)):
             if not isinstance(domain, Domain):
                 raise ArgumentTypeError(
-                    f"{kind} {name!r} {side}",
+                    f"{type(self).__name__} {name!r} {side}",
                     expected="a Domain",
                     got=repr(domain),
                     fix="Use ph.ROTATION, for example.",
-                )
-            if domain.turns_with == "translation":
-                raise DataError(
-                    f"{kind} {name!r} {side}",
-                    expected="a domain of one component",
-                    got=domain.name,
-                    fix="Turn translation into rotation by the lever of a RigidBody, or use a Slider.",
                 )
         self.first = self._add_port("first", first)
         self.second = self._add_port("second", second)
 
     @property
     def space(self) -> Space | None:
-        """The plane, where rotation is one number; any space for scalars."""
-        return PLANAR if ROTATION in (self.first.domain, self.second.domain) else None
+        """The plane for what is mechanical; any space for scalars."""
+        return PLANAR if any(port.domain.turns_with for port in self._ports) else None
+
+
+def _require_ratio(where: str, ratio: object) -> float:
+    number = require_finite(where, ratio)
+    if number == 0.0:
+        raise DataError(where, expected="a number that is not 0", got="0", fix="Correct it.")
+    return number
 
 
 class Transformer(_Pair):
-    """A gear, lever or electrical transformer: ``u_second = ratio u_first`` for the common quantities.
+    """A gear, lever, rack and pinion or electrical transformer: ``u_second = ratio u_first`` for the common quantities.
 
     The summed ones follow from power: ``f_first = -ratio f_second``. One port takes the common quantity and the
     other gives it, whichever way round the diagram needs.
+
+    Between two ports of translation the ratio is a number, or a matrix A: ``v_second = A v_first`` and
+    ``f_first = -A^T f_second``, in the fixed frame. A port of translation may instead take part along one direction d
+    only. Then ``d . v`` stands for its velocity and the force on the block acts along d; across d the port is free to
+    move and there is no force. Such a port can only take velocity, since it knows nothing of the velocity across:
+
+    * rack and pinion, winch: ``d . v_second = ratio omega_first``, the ratio being a radius, m;
+    * lever between two directions: ``b . v_second = ratio (a . v_first)``.
 
     Parameters
     ----------
     name : str
         Unique in the diagram.
-    ratio : float
-        Not zero.
+    ratio : float or array_like
+        Not zero. Between two ports of translation also an invertible matrix of shape (2, 2), by rows of the second.
     first, second : Domain, optional
         Of the two ports, rotation by default; a motor without resistance joins electrical to rotation.
     multiplier : bool, optional
-        Both ports take: for a gear between two things with inertia, as a constraint with a multiplier.
+        Both ports take: for a gear between two things with inertia, as a constraint with a multiplier. Always so if
+        both ports have a direction.
+    first_direction, second_direction : array_like, optional
+        (x, y), of any length but zero, fixed in space: the direction along which a port of translation takes part.
 
     Attributes
     ----------
@@ -73,7 +82,8 @@ class Transformer(_Pair):
     Raises
     ------
     DataError
-        If the ratio is zero, or a domain has several components.
+        If the ratio is zero or its matrix not invertible, a direction is zero or of a port that is not of
+        translation, or one port has two components and the other one.
     ArgumentTypeError
         If an argument is of the wrong kind.
     """
@@ -81,29 +91,74 @@ class Transformer(_Pair):
     def __init__(
         self,
         name: str,
-        ratio: float,
+        ratio: ArrayLike,
         first: Domain = ROTATION,
         second: Domain = ROTATION,
         multiplier: bool = False,
+        first_direction: ArrayLike | None = None,
+        second_direction: ArrayLike | None = None,
     ) -> None:
-        super().__init__(name, ratio, first, second)
-        self.multiplier = bool(multiplier)
+        super().__init__(name, first, second)
+        where = f"Transformer {name!r}"
+        along = [
+            self._direction(f"{where} {port.name}_direction", port.domain, direction)
+            for port, direction in zip(self._ports, (first_direction, second_direction), strict=True)
+        ]
+        if len(along[0]) != len(along[1]):
+            vector = self._ports[int(len(along[1]) > 1)]
+            raise DataError(
+                f"{where} {vector.name}",
+                expected="as many components at both ports",
+                got=f"translation without {vector.name}_direction beside one component",
+                fix="Say along which direction it takes part.",
+            )
+        given = real_array(ratio)
+        scalar = given is None or given.ndim == 0 or len(along[0]) == 1
+        self.ratio: float | Floats = (
+            _require_ratio(f"{where} ratio", ratio)
+            if scalar
+            else require_matrix(f"{where} ratio", ratio, (len(along[1]), len(along[0])))
+        )
+        matrix = self.ratio * np.eye(len(along[0])) if scalar else np.asarray(self.ratio)
+        if not np.linalg.cond(matrix) <= 1e12:
+            raise DataError(
+                f"{where} ratio",
+                expected="an invertible matrix",
+                got=str(matrix.tolist()),
+                fix="A lever along one direction at each end has first_direction, second_direction and a number.",
+            )
+        # 0 = C_first u_first + C_second u_second
+        self._coefficients = (matrix @ along[0], -along[1])
+        #: Whether each port may give the common quantity.
+        self._may_give = tuple(direction is None for direction in (first_direction, second_direction))
+        self.multiplier = bool(multiplier) or not any(self._may_give)
+
+    @staticmethod
+    def _direction(where: str, domain: Domain, direction: ArrayLike | None) -> Floats:
+        """What a port's common quantity is multiplied by, shape (1, 2) along a direction, else the identity."""
+        vector = domain.turns_with == "translation"
+        if direction is None:
+            return np.eye(2 if vector else 1)
+        if not vector:
+            raise DataError(where, expected=f"none for {domain.name}", got=repr(direction), fix="Leave it out.")
+        return require_direction(where, direction)[None]
 
     def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
-        """Say that one port gives and the other takes, or that both take.
+        """Say that one port gives and the other takes, or that both take; one with a direction takes.
 
         Returns
         -------
         choices : sequence of PortChoice
             Two.
         ties : sequence of Tie
-            One.
+            At most one.
         """
         if self.multiplier:
             return super().choices()
         what = f"{self.name} gives at both ports or at none"
         tie = Tie(self.first, self.second, None, what, opposite=True)
-        return [PortChoice(p, may_give=True, may_take=True) for p in self._ports], [tie]
+        may = zip(self._ports, self._may_give, strict=True)
+        return [PortChoice(port, may_give=give, may_take=True) for port, give in may], [tie]
 
     def form(self, gives: Mapping[str, bool]) -> Form:
         """Reduce the transformer to its matrices.
@@ -116,10 +171,28 @@ class Transformer(_Pair):
         Returns
         -------
         Form
-            A multiplier, and the common quantity of the port that gives; no energy.
+            A multiplier, or one for each component, and the common quantity of the port that gives; no energy.
         """
-        unit = self.second.domain.summed
-        return branch_form({self.first: self.ratio, self.second: -1.0}, gives, state(unit.name, unit.unit))
+        m = len(self._coefficients[0])
+        runs = _states(self.second.domain.summed, "", m)
+        for port in self._ports:
+            if gives[port.name]:
+                runs += _states(port.domain.common, f" of {port.name}", m)
+        n = len(runs)
+        J = np.zeros((n, n))
+        outputs = {}
+        for port, c in zip(self._ports, self._coefficients, strict=True):
+            if gives[port.name]:
+                J[:m, m:], J[m:, :m] = c, -c.T
+                outputs[port.name] = (True, np.eye(n)[m:])
+            else:
+                outputs[port.name] = (False, np.hstack([c.T, np.zeros((c.shape[1], n - m))]))
+        return lumped_form(self._ports, runs, np.zeros((n, n)), J, np.zeros((n, n)), outputs)
+
+
+def _states(quantity: Quantity, of: str, components: int) -> list[StateRun]:
+    axes = [""] if components == 1 else [f" {axis}" for axis in "xy"]
+    return [state(f"{quantity.name}{axis}{of}", quantity.unit) for axis in axes]
 
 
 class Gyrator(_Pair):
@@ -151,7 +224,16 @@ class Gyrator(_Pair):
     """
 
     def __init__(self, name: str, ratio: float, first: Domain, second: Domain) -> None:
-        super().__init__(name, ratio, first, second)
+        super().__init__(name, first, second)
+        self.ratio = _require_ratio(f"Gyrator {name!r} ratio", ratio)
+        for port in self._ports:
+            if port.domain.turns_with == "translation":
+                raise DataError(
+                    f"Gyrator {name!r} {port.name}",
+                    expected="a domain of one component",
+                    got=port.domain.name,
+                    fix="Put a Transformer with a direction between it and the port of translation.",
+                )
 
     def choices(self) -> tuple[Sequence[PortChoice], Sequence[Tie]]:
         """Say that both ports give or both take.

@@ -12,7 +12,7 @@ from phblocks.network import Junction, Network
 
 
 def assign_causality(network: Network) -> CausalityReport:
-    """Choose who gives at every junction, with the fewest switches.
+    """Choose who gives at every junction, with the fewest switches, and among those with the fewest states.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def assign_causality(network: Network) -> CausalityReport:
         if choice is None:
             impossible.update(ports)
             continue
-        aim = f"the fewest switches among the {len(ports)} ports left open here ({choice.cost:g} in cost)"
+        aim = f"the fewest switches, then the fewest states, for the {len(ports)} ports left open here"
         for p, gives in choice.gives.items():
             values[p], reasons[p], programs[p] = gives, Reason(CHOSEN, None), aim
     conflicts: list[Conflict] = []

@@ -80,7 +80,7 @@ def find_conflicts(problem: Problem, values: Sequence[bool], ports: Collection[i
         "tie": {t for p in here for t in problem.ties_of[p]},
     }
     elements = [e for e in problem.elements if e.number in where[e.kind]]
-    unsatisfied = {j for j in junctions if sum(values[p] for p in problem.members[j]) + problem.outside[j] != 1}
+    unsatisfied = {j for j in junctions if not problem.satisfied(j, values)}
     conflicts = []
     blamed: set[Element] = set()
     while core := _core(problem, [e for e in elements if e not in blamed]):
@@ -180,6 +180,7 @@ def _restricted(problem: Problem, elements: Collection[Element]) -> Problem:
         [problem.outside[j] for j in junctions],
         [problem.ties[t] for t in ties],
         [problem.ends[t] for t in ties],
+        [problem.teams[j] for j in junctions],
     )
 
 
@@ -264,10 +265,11 @@ def _advice(problem: Problem, blame: int, ties: Sequence[Tie]) -> str:
                 f"{names[0]} takes {common} and nothing gives it: join it, attach it to the ground, "
                 f'expose it with imposes="{common}", or let its block choose (causality="auto").'
             )
-        return f'Let one of {", ".join(names)} give {common} (for a beam: causality="auto").'
+        pushed = [f" Or let outside {e.name!r} impose {common}." for e in junction.exposures]
+        return f'Let one of {", ".join(names)} give {common} (for a beam: causality="auto").' + "".join(pushed)
+    imposed = [f"outside {e.name!r}" for e in junction.exposures if e.gives]
     fixed = [p.path for p in able if not choices[p].may_take]
-    fixed += [f"outside {e.name!r}" for e in junction.exposures if e.gives]
-    return (
-        f"Let all but one of {', '.join(fixed or [p.path for p in able])} take {common} and give {summed} "
-        '(for a beam: causality="auto", or a pinned or clamped end).'
-    )
+    beams = ' (for a beam: causality="auto", or a pinned or clamped end)' if fixed else ""
+    also = f" Or leave out {' or '.join(imposed)}, or impose {summed} there." if imposed else ""
+    several = ", ".join([*fixed, *imposed] or [p.path for p in able])
+    return f"Let all but one of {several} take {common} and give {summed}{beams}.{also}"

@@ -1,17 +1,13 @@
-"""Changes of a network: blocks replaced, bodies merged. Each returns a new network."""
+"""Changes of a network: blocks replaced, merged, put in between. Each returns a new network."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import numpy as np
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
 
 from phblocks.blocks.block import Block
-from phblocks.blocks.body import Mass, RigidBody
-from phblocks.blocks.ground import Ground
-from phblocks.blocks.joints import RigidJoint
 from phblocks.network import Junction, Network
-from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
+from phblocks.ports import ROTATION, Anchor, Exposure, Port
 
 
 def rebuilt(network: Network, blocks: Mapping[str, Block | None], ports: Mapping[Port, Port] | None = None) -> Network:
@@ -52,135 +48,306 @@ def rebuilt(network: Network, blocks: Mapping[str, Block | None], ports: Mapping
     return result
 
 
-def merged(network: Network, first: str, second: str) -> Network | None:
-    """Make one body of two that cannot move against each other.
+def merged(network: Network, first: str, second: str) -> tuple[Network, str] | None:
+    """Make one block of two, if they say that they can be one.
 
     Parameters
     ----------
     network : Network
         The network; it is not changed.
     first, second : str
-        Names of rigid bodies or point masses.
+        Names of blocks: two that cannot move against each other, or two through which the same force passes.
 
     Returns
     -------
-    Network or None
-        A new one; ``None`` if they are no bodies, or not joined rigidly.
+    (Network, str) or None
+        A new one, and the change in words; ``None`` if the two stay two.
     """
-    a, b = network.blocks.get(first), network.blocks.get(second)
-    if not isinstance(a, (Mass, RigidBody)) or not isinstance(b, (Mass, RigidBody)):
-        return None
-    if not any(_rigid(network, p, q) for p in a.anchors.values() for q in b.anchors.values()):
-        return None
-    if any(e.follows and e.port.block in (a, b) for e in network.exposures()):
-        return None  # the frame that the load turns with would be another
+    a, b = network.blocks[first], network.blocks[second]
     name = f"{first}-{second}"
     while name in network.blocks:
         name += "-merged"
-    anchors = {(p, k): f"{p.name}-{k}" for p in (a, b) for k in p.anchors}
-    mass = a.mass + b.mass
-    if isinstance(a, Mass) and isinstance(b, Mass):
-        body: Mass | RigidBody = Mass(name, mass, a.start)
-        place = {q: body.centre.translation for p in (a, b) for q in p.ports.values()}
-        return rebuilt(network, {first: body, second: None}, place)
-    centre = (a.mass * a.start + b.mass * b.start) / mass
-    inertia = sum(
-        (p.inertia if isinstance(p, RigidBody) else 0.0) + p.mass * float(np.sum((p.start - centre) ** 2))
-        for p in (a, b)
-    )
-    positions = {key: p.anchors[k].position for (p, k), key in anchors.items()}
-    angle = next(p.angle for p in (a, b) if isinstance(p, RigidBody))
-    whole = RigidBody(name, mass, inertia, centre, positions, angle=angle)  # type: ignore[arg-type]  # bodies have places
-    place = {}
-    for (p, k), key in anchors.items():
-        place |= {q: r for q, r in zip(p.anchors[k].ports, whole[key].ports, strict=False)}
+    found = None
+    if any(_rigid(network, p, q) for p in a.anchors.values() for q in b.anchors.values()):
+        found = a.welded_to(b, name) or b.welded_to(a, name)
+    if found is None and (inner := _in_series(network, a, b)) is not None:
+        found = a.in_series_with(b, name, inner)
+    if found is None:
+        return None
+    for junction in network.junctions():
+        ours = [p for p in junction.ports if p.block in (a, b) and not p.block.shared]
+        if ours and any(e.follows or found.block.shared for e in junction.exposures):
+            return None  # a load would lose the frame it turns with, or act on what is held
+    blocks: dict[str, Block | None] = {block.name: None for block in (a, b) if block is not found.block}
+    if found.block not in (a, b):
+        blocks[first] = found.block
     # what meets at one joint keeps one of the two ports; the other anchor is in the same place
+    place = dict(found.places)
     for junction in network.joined:
-        ours = [q for q in junction.ports if q.block in (a, b)]
+        ours = [q for q in junction.ports if q in place]
         place |= {q: place[ours[0]] for q in ours}
-    return rebuilt(network, {first: whole, second: None}, place)
+    result = rebuilt(network, blocks, place)
+    result.joined = [j for j in result.joined if not all(p.block.shared for p in j.ports)]
+    return None if all(b.shared for b in result.blocks.values()) else (result, found.what)
 
 
-def merge_into_ground(network: Network, name: str) -> Network | None:
-    """Take out a body that cannot move, and attach to the ground what hangs on it.
+@dataclass(frozen=True)
+class Meeting:
+    """Parts that can only give, where one may: all but one are to be held by joints of their own.
+
+    Parameters
+    ----------
+    hub : Port or Exposure
+        What stays: of the outside, if that gives; of the ground, if it is among them; else of the first part.
+    others : tuple of Port
+        Of the other parts.
+    joint : Junction
+        Where they meet.
+    weld : Junction or None
+        That of their rotations, if they may not turn against each other.
+    """
+
+    hub: Port | Exposure
+    others: tuple[Port, ...]
+    joint: Junction
+    weld: Junction | None = None
+
+    @classmethod
+    def of(cls, network: Network, ports: Collection[Port]) -> Meeting | None:
+        """Find out who meets at a junction of translation, or of rotation alone.
+
+        Parameters
+        ----------
+        network : Network
+            The network.
+        ports : collection of Port
+            All ports of the junction.
+
+        Returns
+        -------
+        Meeting or None
+            ``None`` if there are not two that can only give, or the junction is one of another domain, or the
+            rotations of a weld.
+        """
+        joints = [j for j in network.junctions() if set(j.ports) == set(ports)]
+        if len(joints) != 1 or not joints[0].domain.turns_with:
+            return None
+        joint = joints[0]
+        stiff = sorted((p for p in ports if _only_gives(p)), key=lambda p: (not p.block.shared, p.path))
+        imposed = [e for e in joint.exposures if e.gives]
+        if imposed:
+            held = not stiff or stiff[0].block.shared or len(imposed) > 1
+            return None if held else cls(imposed[0], tuple(stiff), joint)
+        if len(stiff) < 2:
+            return None
+        anchors = [p.anchor for p in stiff if p.anchor is not None]
+        if joint.domain is ROTATION:
+            placed = [a.translation for a in anchors]
+            welded = len(placed) == len(stiff) and any(set(placed) <= set(j.ports) for j in network.joined)
+            return None if welded else cls(stiff[0], tuple(stiff[1:]), joint)
+        turns = [a.rotation for a in anchors if a.turns]
+        welds = [j for j in network.joined if len(turns) == len(stiff) and set(turns) <= set(j.ports)]
+        return cls(stiff[0], tuple(stiff[1:]), joint, welds[0] if welds else None)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the parts are called: blocks, or the opening to the outside."""
+        first = self.hub.block.name if isinstance(self.hub, Port) else self.hub.name
+        return (first, *(p.block.name for p in self.others))
+
+    def ports_of(self, part: Port | Exposure) -> tuple[Port, ...]:
+        """List the ports of one of the parts that are held.
+
+        Parameters
+        ----------
+        part : Port or Exposure
+            At the joint.
+
+        Returns
+        -------
+        tuple of Port
+            That port, and for a weld the one of rotation; none of the outside.
+        """
+        if not isinstance(part, Port):
+            return ()
+        return (part,) if self.weld is None or part.anchor is None else (part, part.anchor.rotation)
+
+
+def mounted(network: Network, meeting: Meeting, make: Callable[[str], Block]) -> Network:
+    """Put blocks between parts that meet, instead of a joint of which one gives.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    meeting : Meeting
+        The parts.
+    make : callable
+        From a name to a block with two ports of the domain of the joint, and two of rotation for a weld. Ports of
+        rotation that are not needed are attached to the ground: a pin passes no moment on.
+
+    Returns
+    -------
+    Network
+        A new one, with such a block for each part but the hub.
+    """
+    junctions = [j for j in (meeting.joint, meeting.weld) if j is not None]
+    sites = {j.ports: j for j in junctions}
+    result = _rejoined(network, [j for j in network.joined if j.ports not in sites])
+    at_hub: dict[Junction, list[Port]] = {j: [] for j in junctions}
+    for junction, port in zip(junctions, meeting.ports_of(meeting.hub), strict=False):
+        at_hub[junction].append(port)
+    for other, part in zip(meeting.others, meeting.names[1:], strict=True):
+        name = f"{'pin' if meeting.weld is None else 'weld'} {meeting.names[0]} {part}"
+        while name in result.blocks:
+            name += " again"
+        block = make(name)
+        result.blocks[name], result.added[name] = block, meeting.joint.made_by
+        free = dict.fromkeys(block.ports.values())
+        for junction, port in zip(junctions, meeting.ports_of(other), strict=True):
+            first, second = (p for p in free if p.domain == junction.domain)
+            del free[first], free[second]
+            at_hub[junction].append(first)
+            result.join(Junction((port, second), junction.made_by))
+        if free:
+            result.join(Junction((_still(network), *free), meeting.joint.made_by))
+    gone = {q for p in meeting.others for q in meeting.ports_of(p)}
+    for junction, hung in at_hub.items():
+        takers = [p for p in junction.ports if p not in gone and p not in hung]
+        if len(hung) + len(takers) > 1:
+            result.join(Junction((*hung, *takers), junction.made_by))
+    result.exposed = [
+        replace(e, port=at_hub[meeting.joint][0]) if e == meeting.hub and e.port in gone else e for e in result.exposed
+    ]
+    return result
+
+
+def _still(network: Network) -> Port:
+    """The rotation of the ground."""
+    return next(p for b in network.blocks.values() if b.shared for p in b.ports.values() if p.domain is ROTATION)
+
+
+def _rejoined(network: Network, joined: Iterable[Junction]) -> Network:
+    """The same network with other junctions."""
+    result = rebuilt(network, {})
+    result.joined, result.junction_of = [], {}
+    for junction in joined:
+        result.join(junction)
+    return result
+
+
+def without_opening(network: Network, name: str) -> Network | None:
+    """Leave out an opening to the outside, or the source that brings it along.
 
     Parameters
     ----------
     network : Network
         The network; it is not changed.
     name : str
-        Of a rigid body or point mass.
+        Of the opening.
 
     Returns
     -------
     Network or None
-        A new one; ``None`` if it is no body, or not fixed to the ground.
+        A new one; ``None`` if the opening belongs to a block with other ports.
     """
-    body = network.blocks.get(name)
-    ground = next(block for block in network.blocks.values() if isinstance(block, Ground)).anchor
-    if not isinstance(body, (Mass, RigidBody)) or not any(_rigid(network, p, ground) for p in body.anchors.values()):
-        return None
-    if any(e.port.block is body for e in network.exposures()):
-        return None
-    place = {q: r for p in body.anchors.values() for q, r in zip(p.ports, ground.ports, strict=False)}
-    result = rebuilt(network, {name: None}, place)
-    result.joined = [j for j in result.joined if not all(p.block.shared for p in j.ports)]
-    return result
+    opening = next(e for e in network.exposures() if e.name == name)
+    if opening in network.exposed:
+        result = rebuilt(network, {})
+        result.exposed.remove(opening)
+        return result
+    return rebuilt(network, {opening.port.block.name: None}) if len(opening.port.block.ports) == 1 else None
 
 
-def held_together(network: Network, ports: tuple[Port, ...]) -> Network | None:
-    """Hold parts that all give velocity together by multipliers instead of a joint of which one gives.
+def turned_round(network: Network, name: str) -> Network | None:
+    """Let an opening impose the other quantity: a force instead of a velocity.
 
     Parameters
     ----------
     network : Network
         The network; it is not changed.
-    ports : tuple of Port
-        Of the junction of translation: the parts hang on the first that can only give.
+    name : str
+        Of the opening.
 
     Returns
     -------
     Network or None
-        A new one, with a block :class:`RigidJoint` for each of the others that can only give; ``None`` if there are
-        none, or the parts are joined in another way than by a pin or a weld.
+        A new one; ``None`` if the opening has a signal, which would be in the wrong unit.
     """
-    stiff = [p for p in ports if _only_gives(p) and p.anchor is not None]
-    joints = [j for j in network.joined if set(j.ports) == set(ports)]
-    if ports[0].domain is not TRANSLATION or len(stiff) < 2 or len(joints) != 1:
+    opening = next(e for e in network.exposures() if e.name == name)
+    if opening not in network.exposed or opening.signal is not None:
         return None
-    hub, *others = sorted(stiff, key=lambda p: (not p.block.shared, p.path))
-    # a weld if the rotations meet in one junction too
-    turns = [p.anchor.rotation for p in (hub, *others) if p.anchor is not None and p.anchor.turns]
-    welds = [j for j in network.joined if len(turns) == len(stiff) and set(turns) <= set(j.ports)]
+    turned = replace(opening, gives=not opening.gives)
     result = rebuilt(network, {})
-    result.joined.clear()
-    result.junction_of.clear()
-    for junction in network.joined:
-        if junction not in (*joints, *welds):
-            result.join(junction)
-    mounted = {joints[0]: [hub], **{w: [turns[0]] for w in welds}}
-    for other in others:
-        name = f"pin {hub.block.name} {other.block.name}"
-        while name in result.blocks:
-            name += " again"
-        joint = RigidJoint(name, turns=not welds)
-        result.blocks[name] = joint
-        result.join(Junction((other, joint.second), joints[0].made_by))
-        mounted[joints[0]].append(joint.first)
-        for weld in welds:
-            assert other.anchor is not None
-            result.join(Junction((other.anchor.rotation, joint.second_rotation), weld.made_by))
-            mounted[weld].append(joint.first_rotation)
-    gone = {*others, *turns}
-    for junction, hung in mounted.items():
-        takers = [p for p in junction.ports if p not in gone and p not in hung]
-        result.join(Junction((*hung, *takers), junction.made_by))
+    result.exposed = [turned if e is opening else e for e in network.exposed]
+    return result
+
+
+def off_the_ground(network: Network, ports: Collection[Port]) -> Network:
+    """Take the ground out of a junction.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    ports : collection of Port
+        Of the junction.
+
+    Returns
+    -------
+    Network
+        A new one, where the other ports are still joined to each other.
+    """
+    junction = next(j for j in network.joined if set(j.ports) == set(ports))
+    left = tuple(p for p in junction.ports if not p.block.shared)
+    result = _rejoined(network, [other for other in network.joined if other is not junction])
+    if len(left) > 1:
+        result.join(Junction(left, junction.made_by))
+    return result
+
+
+def hung_on(network: Network, ports: Collection[Port], block: Block, port: Port) -> Network:
+    """Join a block at a junction.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    ports : collection of Port
+        Of the junction.
+    block : Block
+        A new one.
+    port : Port
+        The port of the block that is joined there.
+
+    Returns
+    -------
+    Network
+        A new one.
+    """
+    junction = next(j for j in network.joined if set(j.ports) == set(ports))
+    more = Junction((*junction.ports, port), junction.made_by)
+    result = _rejoined(network, [more if other is junction else other for other in network.joined])
+    result.blocks[block.name], result.added[block.name] = block, junction.made_by
     return result
 
 
 def _only_gives(port: Port) -> bool:
     choices, _ = port.block.choices()
     return next(not c.may_take for c in choices if c.port is port)
+
+
+def _in_series(network: Network, first: Block, second: Block) -> tuple[Port, Port] | None:
+    """The ports at which two blocks are joined to each other and to nothing else, if that is one place."""
+    opened = {e.port for e in network.exposures()}
+    pairs = [
+        (p, q)
+        for p in first.ports.values()
+        if (j := network.junction_of.get(p)) is not None and len(j.ports) == 2 and not opened & set(j.ports)
+        for q in j.ports
+        if q.block is second and first is not second
+    ]
+    return pairs[0] if len(pairs) == 1 else None
 
 
 def _rigid(network: Network, first: Anchor, second: Anchor) -> bool:

@@ -1,11 +1,12 @@
 """The assignment as a problem in numbers: ports, junctions and ties, sorted by name.
 
-Sorting is what makes the result independent of the order in which blocks and junctions were added.
+At each junction one port gives, or several that can be the same states: a *team*. Sorting is what makes the result
+independent of the order in which blocks and junctions were added.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -51,6 +52,8 @@ class Problem:
         Of all blocks.
     ends : sequence of (int, int)
         The two ports of each tie.
+    teams : sequence of mapping of int to int
+        For each junction the ports that may give together with others, and the number of their team.
 
     Attributes
     ----------
@@ -64,6 +67,7 @@ class Problem:
     outside: Sequence[int]
     ties: Sequence[Tie]
     ends: Sequence[tuple[int, int]]
+    teams: Sequence[Mapping[int, int]]
     ties_of: list[list[int]] = field(init=False, default_factory=list)
     junctions_of: list[list[int]] = field(init=False, default_factory=list)
 
@@ -108,6 +112,7 @@ class Problem:
             [sum(e.gives for e in j.exposures) for j in junctions],
             ties,
             [(number[t.first], number[t.second]) for t in ties],
+            [_teams({number[p]: _frame(choices[number[p]], network) for p in j.ports}) for j in junctions],
         )
 
     def port(self, p: int) -> Port:
@@ -124,6 +129,44 @@ class Problem:
             The port.
         """
         return self.choices[p].port
+
+    def together(self, j: int, p: int, q: int) -> bool:
+        """Tell whether two ports can both give at a junction.
+
+        Parameters
+        ----------
+        j : int
+            Number of the junction.
+        p, q : int
+            Numbers of the ports.
+
+        Returns
+        -------
+        bool
+            They are of one team.
+        """
+        team = self.teams[j]
+        return p in team and team[p] == team.get(q)
+
+    def satisfied(self, j: int, values: Sequence[bool | None]) -> bool:
+        """Tell whether one port gives at a junction, or several of one team.
+
+        Parameters
+        ----------
+        j : int
+            Number of the junction.
+        values : sequence of bool or None
+            For each port whether it gives.
+
+        Returns
+        -------
+        bool
+            True if so.
+        """
+        givers = [p for p in self.members[j] if values[p]]
+        if self.outside[j]:
+            return self.outside[j] == 1 and not givers
+        return bool(givers) and all(self.together(j, givers[0], p) for p in givers[1:])
 
     def fixed(self, p: int) -> bool | None:
         """Tell what the block has fixed.
@@ -177,3 +220,25 @@ class Problem:
         graph = coo_array((np.ones(rows.size), (rows, columns)), shape=(n + m, n + m))
         label = connected_components(graph, directed=False)[1].astype(np.int64)
         return label[:n], label[n:]
+
+
+def _frame(choice: PortChoice, network: Network) -> Hashable:
+    """What must be equal for ports of one junction to be the same states; None for a port that has none of its own."""
+    port = choice.port
+    if choice.shares is None or not choice.may_give:
+        return None
+    if port.domain.turns_with != "translation":
+        return port.domain
+    if choice.shares == "fixed":
+        return choice.shares
+    # frames of anchors keep their angle to each other if the anchors are joined in rotation too
+    return None if port.anchor is None else network.junction_of.get(port.anchor.rotation)
+
+
+def _teams(frames: Mapping[int, Hashable]) -> dict[int, int]:
+    members: dict[Hashable, list[int]] = {}
+    for p in sorted(frames):
+        if frames[p] is not None:
+            members.setdefault(frames[p], []).append(p)
+    teams = [ports for ports in members.values() if len(ports) > 1]
+    return {p: number for number, ports in enumerate(teams) for p in ports}

@@ -1,4 +1,4 @@
-"""What propagation leaves open: the choice with the fewest switches.
+"""What propagation leaves open: the choice with the fewest switches, and among those with the fewest states.
 
 Where every open port has at most one tie, as the ends of beams, the choice is a matching: a tie whose two ports both
 give serves two junctions at no cost, every junction left over takes its cheapest other giver. That is solved exactly
@@ -13,10 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from phblocks.causality.problem import Problem
-from phblocks.triplets import Triplets
+from phblocks.causality.teams import give_together
+from phblocks.triplets import Floats, Triplets
 
 #: Price of a requirement that cannot be met, above all switches.
 NEVER = 1e6
+#: What a port saves that gives what another gives already, being the same states; a switch costs one.
+SAVING = 0.4
 #: Nodes of the search for the fewest unsatisfied junctions, which needs no proof of being the fewest.
 NODES = 2000
 
@@ -30,7 +33,7 @@ class Choice:
     gives : mapping of int to bool
         For each open port.
     cost : float
-        Of the switches.
+        Of the switches, less what sharing saves.
     """
 
     gives: Mapping[int, bool]
@@ -54,11 +57,21 @@ def choose(problem: Problem, values: Sequence[bool | None], open_: Collection[in
     Choice or None
         ``None`` if there is none.
     """
-    ports = sorted(open_)
+    values = list(values)
+    together = give_together(problem, values, sorted(open_))
+    ports = [p for p in sorted(open_) if values[p] is None]
+    if len(ports) < len(open_):
+        rest = _choose(problem, values, ports) if ports else Choice({}, 0.0)
+        return rest and Choice({**rest.gives, **together}, rest.cost)
+    return _choose(problem, values, ports)
+
+
+def _choose(problem: Problem, values: Sequence[bool | None], ports: Sequence[int]) -> Choice | None:
     here = set(ports)
     ties = sorted({t for p in ports for t in problem.ties_of[p] if problem.ties[t].cost != 0.0})
     simple = all(len(problem.junctions_of[p]) == 1 for p in ports)
     simple &= not any(problem.ties[t].opposite for t in ties)
+    simple &= not any(p in problem.teams[j] for p in ports for j in problem.junctions_of[p])
     simple &= all(sum(problem.ties[t].cost != 0.0 for t in problem.ties_of[p]) <= 1 for p in ports)
     if not simple:
         return solve(problem, values, ports)
@@ -164,55 +177,81 @@ def solve(
     Choice or None
         ``None`` if there is none.
     """
-    from scipy.optimize import Bounds, LinearConstraint, milp
-
-    column = {p: i for i, p in enumerate(ports)}
-    junctions = sorted({j for p in ports for j in problem.junctions_of[p]})
-    ties = sorted({t for p in ports for t in problem.ties_of[p] if problem.ties[t].cost != 0.0})
-    if violations:
-        ties = [t for t in ties if problem.ties[t].cost is None]
-    n, k, m = len(ports), len(ties), len(junctions)
-    at, wanted = [], np.zeros(m)
-    for row, j in enumerate(junctions):
-        decided = [p for p in problem.members[j] if p not in column]
-        wanted[row] = 1 - problem.outside[j] - sum(bool(values[p]) for p in decided)
-        at += [(row, column[p]) for p in problem.members[j] if p in column]
-    entries = [Triplets.of(*np.array(at, dtype=int).reshape(-1, 2).T, values=1.0)]
-    rows = np.arange(m)
-    entries += [Triplets.of(rows, n + k + rows, values=1.0), Triplets.of(rows, n + k + m + rows, values=-1.0)]
-    # a tie is broken if first - second or second - first is 1, with second turned round for an opposite one
-    high = np.concatenate([wanted, np.zeros(2 * k)])
-    for i, t in enumerate(ties):
-        for sign, row in ((1.0, m + i), (-1.0, m + k + i)):
-            entries.append(Triplets.of([row], [n + i], values=-1.0))
-            opposite = problem.ties[t].opposite
-            for p, factor in zip(problem.ends[t], (sign, sign if opposite else -sign), strict=True):
+    program = _Program()
+    column = {p: program.column(0.0, low=problem.fixed(p) is True, high=problem.fixed(p) is not False) for p in ports}
+    for t in sorted({t for p in ports for t in problem.ties_of[p]}):
+        tie, (a, b) = problem.ties[t], problem.ends[t]
+        if tie.cost is None or not (violations or tie.cost == 0.0):
+            broken = program.column(tie.cost or 0.0, high=tie.cost is not None)
+            # broken >= first - second and second - first, with second turned round for an opposite one
+            for sign in (1.0, -1.0):
+                second, least = (sign, sign) if tie.opposite else (-sign, 0.0)
+                given = [(p, f) for p, f in ((a, sign), (b, second)) if p not in column]
+                terms = [(column[p], f) for p, f in ((a, sign), (b, second)) if p in column]
+                known = sum(f * bool(values[p]) for p, f in given)
+                program.row([*terms, (broken, -1.0)], high=least - known)
+    for j in sorted({j for p in ports for j in problem.junctions_of[p]}):
+        many = np.inf if violations else 0.0
+        terms = [(program.column(1.0, high=many), 1.0), (program.column(1.0, high=many), -1.0)]
+        wanted = 1.0 - problem.outside[j]
+        teams: dict[int, list[int]] = {}
+        for p in problem.members[j]:
+            if p in problem.teams[j]:
+                teams.setdefault(problem.teams[j][p], []).append(p)
+            elif p in column:
+                terms.append((column[p], 1.0))
+            else:
+                wanted -= bool(values[p])
+        for team in teams.values():
+            # a team gives if any of its ports does; each further one saves states
+            saving = 0.0 if violations else SAVING
+            gives = program.column(saving, low=any(values[p] for p in team if p not in column))
+            for p in team:
                 if p in column:
-                    entries.append(Triplets.of([row], [column[p]], values=factor))
-                else:
-                    high[row] -= factor * bool(values[p])
-            high[row] += sign if opposite else 0.0
-    price = np.array([0.0 if violations or c is None else c for c in (problem.ties[t].cost for t in ties)])
-    result = milp(
-        np.concatenate([np.zeros(n), price, np.full(2 * m, 1.0)]),
-        integrality=np.concatenate([np.ones(n), np.zeros(k + 2 * m)]),
-        bounds=Bounds(
-            np.concatenate([[float(problem.fixed(p) is True) for p in ports], np.zeros(k + 2 * m)]),
-            np.concatenate(
-                [
-                    [float(problem.fixed(p) is not False) for p in ports],
-                    [float(problem.ties[t].cost is not None) for t in ties],
-                    np.full(2 * m, np.inf if violations else 0.0),
-                ]
-            ),
-        ),
-        constraints=LinearConstraint(
-            Triplets.join(entries).csr((m + 2 * k, n + k + 2 * m)).tocsc(),
-            np.concatenate([wanted, np.full(2 * k, -np.inf)]),
-            high,
-        ),
-        options={"node_limit": NODES} if violations else None,
-    )
-    if result.x is None:
+                    program.price[column[p]] -= saving
+                    program.row([(column[p], 1.0), (gives, -1.0)], high=0.0)
+            if not any(values[p] for p in team if p not in column):
+                program.row([(gives, 1.0), *((column[p], -1.0) for p in team if p in column)], high=0.0)
+            terms.append((gives, 1.0))
+        program.row(terms, low=wanted, high=wanted)
+    found = program.solved(NODES if violations else None)
+    if found is None:
         return None
-    return Choice({p: bool(result.x[i] > 0.5) for p, i in column.items()}, float(price @ result.x[n : n + k]))
+    gives_of = {p: bool(found[i] > 0.5) for p, i in column.items()}
+    return Choice(gives_of, float(np.array(program.price) @ found))
+
+
+class _Program:
+    """A linear program in numbers from 0 to 1, most of them whole, as it is written down."""
+
+    def __init__(self) -> None:
+        self.price: list[float] = []
+        self._bounds: list[tuple[float, float]] = []
+        self._rows: list[tuple[float, float]] = []
+        self._entries: list[tuple[int, int, float]] = []
+
+    def column(self, price: float, low: float = 0.0, high: float = 1.0) -> int:
+        """Add an unknown; return its number."""
+        self.price.append(price)
+        self._bounds.append((float(low), float(high)))
+        return len(self.price) - 1
+
+    def row(self, terms: Sequence[tuple[int, float]], low: float = -np.inf, high: float = np.inf) -> None:
+        """Add a sum of unknowns with its bounds."""
+        self._entries += [(len(self._rows), column, factor) for column, factor in terms]
+        self._rows.append((low, high))
+
+    def solved(self, nodes: int | None) -> Floats | None:
+        """Solve, in whole numbers; None if there is no solution."""
+        from scipy.optimize import Bounds, LinearConstraint, milp
+
+        rows, columns, factors = (np.array(c) for c in zip(*self._entries, strict=True))
+        matrix = Triplets.of(rows, columns, values=factors).csr((len(self._rows), len(self.price))).tocsc()
+        result = milp(
+            np.array(self.price),
+            integrality=np.ones(len(self.price)),
+            bounds=Bounds(*np.array(self._bounds).T),
+            constraints=LinearConstraint(matrix, *np.array(self._rows).T),
+            options={} if nodes is None else {"node_limit": nodes},
+        )
+        return None if result.x is None else np.asarray(result.x)

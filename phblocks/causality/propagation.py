@@ -1,5 +1,7 @@
 """Unit propagation: what follows without a choice, with the reason of each step.
 
+Whether the others of a giver's team give too is a choice: propagation leaves it open.
+
 Every port is decided once and every junction scanned at most twice, so the time is that of reading the diagram.
 """
 
@@ -154,10 +156,10 @@ class _Run:
         if j in self.giver:
             if self.giver[j] == giver:  # the ground named twice
                 self.result.clashes.append(Reason(GIVEN, element, giver))
-            return  # otherwise the first giver has clashed with this one already
+            return  # otherwise the first giver has clashed with this one already, or they give together
         self.giver[j] = giver
         for p in self.problem.members[j]:
-            if (p,) != giver:
+            if (p,) != giver and not (giver and self.problem.together(j, p, giver[0])):
                 self._decide(p, False, Reason(GIVEN, element, giver))
 
     def _last(self, j: int) -> None:

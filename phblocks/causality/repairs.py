@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from phblocks.causality.conflicts import Conflict
-from phblocks.causality.edits import held_together, merge_into_ground, merged, rebuilt
+from phblocks.causality.steps import Step, steps_alike, steps_for
 from phblocks.network import Network
-from phblocks.ports import Port
 
 if TYPE_CHECKING:
     from phblocks.causality.report import CausalityReport
     from phblocks.diagram import Diagram
-
-#: Changes tried for one conflict.
-TRIES = 12
 
 
 @dataclass(frozen=True)
@@ -34,7 +29,12 @@ class Cost:
     stiffness : float or None
         Stiffness added, N/m or N m/rad; ``None`` if the parts stay as stiff as they were.
     frequency : float or None
-        Frequency that the added stiffness brings, rad/s.
+        Highest frequency that the added stiffness or mass brings, rad/s, each joint for itself; see
+        :mod:`phblocks.causality.compliance` for how both are chosen.
+    mass : float or None
+        Mass added, kg; ``None`` if the parts weigh what they did.
+    demands : int
+        How many of the user's requirements are given up: openings left out or turned round, attachments undone.
     """
 
     states: int
@@ -42,6 +42,8 @@ class Cost:
     index: int = 0
     stiffness: float | None = None
     frequency: float | None = None
+    mass: float | None = None
+    demands: int = 0
 
 
 @dataclass(frozen=True)
@@ -84,20 +86,11 @@ class Repair:
         cost += [f"index +{self.cost.index}"] if self.cost.index else []
         if self.cost.stiffness is not None:
             cost.append(f"stiffness {self.cost.stiffness:.3g}")
+        if self.cost.mass is not None:
+            cost.append(f"mass {self.cost.mass:.3g}")
         if self.cost.frequency is not None:
             cost.append(f"frequency {self.cost.frequency:.3g} rad/s")
         return f"{self.what} ({', '.join(cost)})"
-
-
-@dataclass(frozen=True)
-class _Step:
-    """A change of one conflict, not tried yet."""
-
-    what: str
-    change: Callable[[Network], Network]
-    index: int = 0
-    stiffness: float | None = None
-    frequency: float | None = None
 
 
 def find_repairs(report: CausalityReport) -> tuple[Repair, ...]:
@@ -111,45 +104,67 @@ def find_repairs(report: CausalityReport) -> tuple[Repair, ...]:
     Returns
     -------
     tuple of Repair
-        All that do; the cheapest first: least index, then no stiffness, then fewest states and switches.
+        All that do; the best first: those that give up nothing the user asked for, then least index, then no
+        stiffness or mass added, then fewest states and switches.
     """
     if report.ok:
         return ()
-    found = []
-    for step in _steps(report):
-        steps = _completed(report, step)
+    found: dict[str, Repair] = {}
+    known = frozenset(report.network.blocks)
+    for step in steps_for(report, known):
+        steps = _completed(report, step, known)
         if steps is None:
             continue
-        network = _all_of(steps)(report.network)
-        after = _checked(network)
+        after = _checked(_all_of(steps)(report.network))
         cost = Cost(
             states=_states(after) - _states(report),
             switches=len(after.switches) - len(report.switches),
             index=max(s.index for s in steps),
             stiffness=max((s.stiffness for s in steps if s.stiffness is not None), default=None),
             frequency=max((s.frequency for s in steps if s.frequency is not None), default=None),
+            mass=max((s.mass for s in steps if s.mass is not None), default=None),
+            demands=sum(s.demands for s in steps),
         )
-        found.append(Repair(", and ".join(s.what for s in steps), cost, _all_of(steps)))
-    key = {id(r): (r.cost.index, r.cost.stiffness or 0.0, r.cost.states, r.cost.switches, r.what) for r in found}
-    return tuple(sorted(found, key=lambda r: key[id(r)]))
+        what = ", and ".join(s.what for s in steps)
+        found.setdefault(what, Repair(what, cost, _all_of(steps)))
+    return tuple(sorted(found.values(), key=_rank))
 
 
-def _completed(report: CausalityReport, step: _Step) -> list[_Step] | None:
-    """Go on with the first steps that help until the diagram is causal; None if that does not happen."""
+def _rank(repair: Repair) -> tuple[float | str, ...]:
+    cost = repair.cost
+    return (
+        cost.demands,
+        cost.index,
+        cost.stiffness is not None or cost.mass is not None,
+        cost.states,
+        cost.switches,
+        repair.what,
+    )
+
+
+def _completed(report: CausalityReport, step: Step, known: Collection[str]) -> list[Step] | None:
+    """Go on with steps that help, of the same kind if there are, until the diagram is causal."""
     steps = [step]
-    while True:
-        after = _checked(step.change(report.network))
-        if after.ok:
-            return steps
+    after = _checked(step.change(report.network))
+    while not after.ok:
         if len(after.conflicts) >= len(report.conflicts):
             return None
-        for step in _steps(after):
-            if len(_checked(step.change(after.network)).conflicts) < len(after.conflicts):
-                break
-        else:
-            return None
-        steps.append(step)
         report = after
+        more, after = _more(report, step.kind, known)
+        steps += more
+    return steps
+
+
+def _more(report: CausalityReport, kind: str, known: Collection[str]) -> tuple[list[Step], CausalityReport]:
+    """Mend all other conflicts in the same way at once, or the next one; none if that is not possible."""
+    alike = steps_alike(report, kind, known)
+    if len(alike) > 1 and (after := _checked(_all_of(alike)(report.network))).ok:
+        return alike, after
+    for step in sorted(steps_for(report, known), key=lambda s: s.kind != kind):
+        after = _checked(step.change(report.network))
+        if len(after.conflicts) < len(report.conflicts):
+            return [step], after
+    return [], report
 
 
 def _checked(network: Network) -> CausalityReport:
@@ -158,7 +173,7 @@ def _checked(network: Network) -> CausalityReport:
     return assign_causality(network)
 
 
-def _all_of(steps: Sequence[_Step]) -> Callable[[Network], Network]:
+def _all_of(steps: Sequence[Step]) -> Callable[[Network], Network]:
     def change(network: Network) -> Network:
         for step in steps:
             network = step.change(network)
@@ -168,67 +183,15 @@ def _all_of(steps: Sequence[_Step]) -> Callable[[Network], Network]:
 
 
 def _states(report: CausalityReport) -> int:
-    """Count the states of all blocks."""
+    """Count the states of all blocks, those that are shared once."""
     gives: dict[str, dict[str, bool]] = {}
     for a in report.assignments:
         gives.setdefault(a.port.block.name, {})[a.port.name] = a.gives
-    blocks = report.network.blocks
-    return sum(blocks[name].form(of_block).size for name, of_block in gives.items())
-
-
-def _steps(report: CausalityReport) -> list[_Step]:
-    """List changes for the first conflict that has any."""
-    for conflict in report.conflicts:
-        steps = [*_alternatives(conflict), *_merges(report.network, conflict), *_multipliers(report.network, conflict)][
-            :TRIES
-        ]
-        if steps:
-            return steps
-    return []
-
-
-def _alternatives(conflict: Conflict) -> Iterator[_Step]:
-    """Other versions of the blocks that have no choice in the conflict."""
-    blocks = {p.block.name: p.block for p in conflict.fixed}
-    blocks |= {t.first.block.name: t.first.block for t in conflict.ties}
-    for name in sorted(blocks):
-        for other in blocks[name].alternatives():
-
-            def change(network: Network, name: str = name, what: str = other.what) -> Network:
-                block = next(o.block for o in network.blocks[name].alternatives() if o.what == what)
-                return rebuilt(network, {name: block})
-
-            yield _Step(other.what, change)
-
-
-def _merges(network: Network, conflict: Conflict) -> Iterator[_Step]:
-    """One body instead of two that cannot move against each other, or the ground instead of one that cannot move."""
-    names = sorted({p.block.name for j in conflict.junctions for p in j.ports if not p.block.shared})
-    for i, first in enumerate(names):
-        for second in names[i + 1 :]:
-            if merged(network, first, second) is not None:
-
-                def join(network: Network, first: str = first, second: str = second) -> Network:
-                    return merged(network, first, second) or network
-
-                yield _Step(f"make one body of {first!r} and {second!r}", join)
-        if merge_into_ground(network, first) is not None:
-
-            def fix(network: Network, name: str = first) -> Network:
-                return merge_into_ground(network, name) or network
-
-            yield _Step(f"leave out {first!r}, which cannot move, and attach to the ground what hangs on it", fix)
-
-
-def _multipliers(network: Network, conflict: Conflict) -> Iterator[_Step]:
-    """A joint force of its own for parts that all give velocity."""
-    places = {a.translation: None for p in conflict.junction.ports if (a := p.anchor) is not None}
-    for junction in network.joined:
-        ports = junction.ports
-        if set(places) & {p for p in ports if not p.block.shared} and held_together(network, ports) is not None:
-
-            def hold(network: Network, ports: tuple[Port, ...] = ports) -> Network:
-                return held_together(network, ports) or network
-
-            names = ", ".join(sorted({p.block.name for p in ports}))
-            yield _Step(f"hold {names} together by a multiplier (multiplier=True)", hold, index=2)
+    network = report.network
+    wrong = {p for conflict in report.conflicts for p in conflict.junction.ports}
+    alike = sum(
+        (len(ports) - 1) * len(ports[0].domain.components(network.space))
+        for ports in report.shared
+        if not wrong.intersection(ports)
+    )
+    return sum(network.blocks[name].form(of_block).size for name, of_block in gives.items()) - alike

@@ -74,8 +74,18 @@ class CausalityReport:
 
     @property
     def ok(self) -> bool:
-        """Whether every junction has exactly one giver."""
+        """Whether every junction has exactly one giver, or several that share their states."""
         return not self.conflicts
+
+    @cached_property
+    def shared(self) -> tuple[tuple[Port, ...], ...]:
+        """The ports that give together, being the same states: two or more of each such junction.
+
+        In the order of their names, whatever the order of adding: the states of the first are those that are kept.
+        """
+        gives = {a.port: a.gives for a in self.assignments}
+        givers = ([p for p in j.ports if gives[p]] for j in self.network.junctions())
+        return tuple(tuple(sorted(g, key=lambda p: p.path)) for g in givers if len(g) > 1)
 
     def gives(self, block: str) -> Mapping[str, bool]:
         """Look up the assignment of a block.
@@ -141,6 +151,7 @@ class CausalityReport:
         lines = ["  ".join(cell.ljust(w) for cell, w in zip(r, widths, strict=True)).rstrip() for r in rows]
         lines.insert(1, "-" * max(map(len, lines)))
         lines += [f"switch: {text}" for text in self.switches]
+        lines += [f"shared states: {', '.join(p.path for p in ports)}" for ports in self.shared if self.ok]
         lines += [f"conflict: {c.text}" for c in self.conflicts]
         lines += [f"repair: {r}" for r in self.repairs] or [f"advice: {c.advice}" for c in self.conflicts]
         lines.append("causal" if self.ok else "not causal")

@@ -7,5 +7,6 @@ from phblocks.plots.diagram import diagram
 from phblocks.plots.energy import energy
 from phblocks.plots.motion import motion
 from phblocks.plots.sparsity import sparsity
+from phblocks.plots.studies import convergence, work_precision
 
-__all__ = ["diagram", "energy", "motion", "sparsity"]
+__all__ = ["convergence", "diagram", "energy", "motion", "sparsity", "work_precision"]

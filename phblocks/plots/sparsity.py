@@ -136,8 +136,9 @@ def _mark_blocks(system: System, ax: Axes) -> None:
     """Name blocks outside and their fields next to the axes, with lines between them."""
     parts = [part for part in system.parts if part.states.stop > part.states.start]
     runs = [run for part in parts for run in part.form.runs]
-    edges = np.concatenate([[0], np.cumsum([run.positions.size for run in runs])]) - 0.5
-    borders = np.array([part.states.start for part in parts[1:]]) - 0.5
+    edges = system.sharing.state_of(np.cumsum([0, *(run.positions.size for run in runs)])) - 0.5
+    firsts = system.sharing.state_of(np.array([*(part.states.start for part in parts), parts[-1].states.stop]))
+    borders = firsts[1:-1] - 0.5
     if len(runs) <= MOST_LABELS:
         for axis in (ax.xaxis, ax.yaxis):
             axis.set_ticks(0.5 * (edges[1:] + edges[:-1]), [run.field for run in runs], fontsize=7)
@@ -150,7 +151,7 @@ def _mark_blocks(system: System, ax: Axes) -> None:
         ax.axhline(border, color="0.4", linewidth=0.8, zorder=1)
         ax.axvline(border, color="0.4", linewidth=0.8, zorder=1)
     if len(parts) <= MOST_LABELS:
-        middles = [0.5 * (part.states.start + part.states.stop - 1) for part in parts]
+        middles = 0.5 * (firsts[1:] + firsts[:-1] - 1)
         names = [part.name for part in parts]
         top, right = ax.secondary_xaxis("top"), ax.secondary_yaxis("right")
         top.set_xticks(middles, names, fontsize=9)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from phblocks.blocks.form import Piece
+from phblocks.blocks.form import AngleRows, Piece
 from phblocks.causality import Assignment, CausalityReport
 from phblocks.frames import rotate
 from phblocks.ports import Port
@@ -76,7 +76,7 @@ class Ends:
         here = self._assignments[port]
         if here.gives:
             return self._given([here], self._components(port))
-        givers = [a for a in self._others(here) if a.gives]
+        givers = [a for a in self._others(here) if a.gives][:1]
         return self._given(givers, self._components(port)) if givers else None
 
     def summed(self, port: Port) -> Floats | None:
@@ -90,12 +90,12 @@ class Ends:
         Returns
         -------
         numpy.ndarray or None
-            Shape (times, components); ``None`` if an input contributes to it.
+            Shape (times, components); ``None`` if an input contributes to it, or it is among states that are shared.
         """
         here = self._assignments[port]
         if not here.gives:
             return self._given([here], self._components(port))
-        if here.junction.exposures:
+        if here.junction.exposures or any(a.gives for a in self._others(here)):
             return None
         total = self._given(self._others(here), self._components(port))
         return None if total is None else -total
@@ -121,7 +121,7 @@ class Ends:
 
     def _piece(self, port: Port, part: Part, piece: Piece, components: int) -> Floats | None:
         form, recording = part.form, self._recording
-        x = recording.x[:, part.states]
+        x = self._system.sharing.of_block(recording.x, part.states)
         if piece.line is not None:
             line = form.lines[piece.line]
             span = x[:, line.span : line.span + 2]
@@ -131,16 +131,17 @@ class Ends:
         local = (piece.output.csr((components, form.size)) @ x.T).T
         if components == 1:
             return np.asarray(local)
-        if piece.frame is None:
-            assert port.anchor is not None
-            known = self._system.anchor_angles.get(port.anchor.path)
+        frame = port.anchor if piece.frame is None else piece.frame
+        if not isinstance(frame, AngleRows):
+            assert frame is not None
+            known = self._system.anchor_angles.get(frame.path)
             if known is None:
                 return None
             places, weights, reference = known
             angle = reference + recording.theta[:, places] @ weights
         else:
-            places = part.theta[piece.frame.rows.indices[1]]
+            places = part.theta[frame.rows.indices[1]]
             if (places < 0).any():
                 return None
-            angle = piece.frame.reference[0] + recording.theta[:, places] @ piece.frame.rows.values
+            angle = frame.reference[0] + recording.theta[:, places] @ frame.rows.values
         return rotate(angle, local)

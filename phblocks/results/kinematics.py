@@ -56,7 +56,8 @@ def history_of(system: System, recording: Recording, part: Part) -> History:
     theta = np.zeros((recording.t.size, part.theta.size))  # rotation states that were not kept are not asked for
     theta[:, kept] = recording.theta[:, part.theta[kept]]
     tracked = part.points.stop > part.points.start
-    return History(recording.x[:, part.states], theta, recording.points[:, part.points] if tracked else None)
+    x = system.sharing.of_block(recording.x, part.states)
+    return History(x, theta, recording.points[:, part.points] if tracked else None)
 
 
 def bases(system: System, recording: Recording) -> Mapping[str, Base]:

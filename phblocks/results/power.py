@@ -55,6 +55,7 @@ class PowerLedger:
         for b, part in enumerate(self.system.parts):
             giving, taking = self.system.connections.blocks.T
             received = ledger.transferred[:, taking == b].sum(axis=1) - ledger.transferred[:, giving == b].sum(axis=1)
+            received += ledger.shared[:, b]
             result[part.name] = {
                 "stored": stored[:, b] - stored[0, b],
                 "gravity": ledger.potential[:, b],

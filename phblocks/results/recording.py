@@ -18,6 +18,8 @@ from phblocks.system import State, System
 from phblocks.triplets import Floats, Ints, Triplets
 
 CHUNK = 128
+#: What the ledger knows at every saved time.
+SERIES = ("stored", "potential", "transferred", "supplied", "supplied_to", "shared", "dissipated")
 
 
 @dataclass(repr=False)
@@ -36,6 +38,9 @@ class Ledger:
         Through each input, shape (times, inputs), J.
     supplied_to : numpy.ndarray
         From outside, by block, shape (times, blocks), J.
+    shared : numpy.ndarray
+        Through states that are shared with other blocks, by block, shape (times, blocks), J: what each of them
+        misses otherwise; the sum over blocks that share is zero but for round-off, which counts as their error.
     dissipated : numpy.ndarray
         By block, shape (times, blocks), J.
     balance_error : numpy.ndarray
@@ -52,6 +57,7 @@ class Ledger:
     transferred: Floats
     supplied: Floats
     supplied_to: Floats
+    shared: Floats
     dissipated: Floats
     balance_error: Floats
     block_error: Floats
@@ -97,18 +103,7 @@ class Recording:
         """
         ledger = replace(
             self.ledger,
-            **{
-                name: getattr(self.ledger, name)[times]
-                for name in (
-                    "stored",
-                    "potential",
-                    "transferred",
-                    "supplied",
-                    "supplied_to",
-                    "dissipated",
-                    "balance_error",
-                )
-            },
+            **{name: getattr(self.ledger, name)[times] for name in (*SERIES, "balance_error")},
         )
         return Recording(
             self.t[times], self.x[times], self.theta[times], self.points[times], self.input_integral[times], ledger
@@ -143,9 +138,9 @@ class Recorder:
 
     def __post_init__(self) -> None:
         """Save the start."""
-        self._books = _Books(self.system)
+        self._books, self._expand = _Books(self.system), self.system.sharing.expand
         self._x, self._points = self.start.x, self.start.points
-        self._stored = self._books.stored(self.start.x[None])
+        self._stored = self._books.stored(self._expand(self.start.x[None]))
         self._totals = self._books.zero()
         self._worst = [np.zeros(len(self.system.parts)), np.zeros(len(self.system.connections.names))]
         self._error_since = 0.0
@@ -197,7 +192,7 @@ class Recorder:
         self._flush()
         a = {key: np.concatenate(parts) for key, parts in self._saved.items()}
         ledger = Ledger(
-            **{key: a[key] for key in ("stored", "potential", "transferred", "supplied", "supplied_to", "dissipated")},
+            **{key: a[key] for key in SERIES},
             balance_error=a["balance_error"],
             block_error=self._worst[0],
             connection_error=self._worst[1],
@@ -229,13 +224,16 @@ class Recorder:
         if steps[-1].points is not None:  # the method integrates them itself
             points = np.array([s.points for s in steps])
         integral = self._integral + np.cumsum(by_step(u), axis=0)
-        flows = {key: by_step(rate) for key, rate in self._books.rates(z, theta_z, u, frozen).items()}
+        rates = self._books.rates(self.system.features(theta_z.T, frozen.T).T, self._expand(z), u)
+        flows = {key: by_step(rate) for key, rate in rates.items()}
         reaction = flows.pop("reaction")
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
-        stored = self._books.stored(x)
+        stored = self._books.stored(self._expand(x))
         change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
         gain = flows["supplied_to"] - flows["dissipated"] + self._books.received(flows["transferred"])
-        block_error = np.abs(change - gain)
+        missing = change - gain
+        block_error = np.abs(self._books.of_groups(missing))
+        flows["shared"] = missing * self._books.sharing
         error = np.abs(change.sum(axis=1) - flows["supplied"].sum(axis=1) + flows["dissipated"].sum(axis=1))
         self._worst[0] = np.maximum(self._worst[0], block_error.max(axis=0, initial=0.0))
         both = np.abs(flows["transferred"] + reaction)
@@ -294,7 +292,9 @@ class _Books:
         self.n_blocks, self.n_kinds = len(system.parts), len(system.energy_kinds)
         block = np.repeat(np.arange(self.n_blocks), [p.states.stop - p.states.start for p in system.parts])
         self._block = block
-        self._energy_sum = _summing(block * self.n_kinds + system.energy_kind_of_state, self.n_blocks * self.n_kinds)
+        kind = self.system.energy_kind_of_coordinate
+        self._energy_sum = _summing(block * self.n_kinds + kind, self.n_blocks * self.n_kinds)
+        self._E, R = (system.E, system.R0) if system.sharing.trivial else _of_blocks(system)
         connections = system.connections
         self._flow = connections.entries
         self._flow_sum = _summing(connections.number, len(connections.names))
@@ -303,16 +303,20 @@ class _Books:
         self._receive = Triplets.join(
             [Triplets.of(taking, number, values=1.0), Triplets.of(giving, number, values=-1.0)]
         ).csr((self.n_blocks, number.size))
-        constant = system.G0.tocoo()
-        self._input = Triplets.join(
-            [Triplets.of(*constant.coords, np.zeros(constant.nnz), values=constant.data), system.K_u], order=3
-        )
+        self._input = connections.supply
         self._input_sum = _summing(self._input.indices[1], system.n_inputs)
         self._input_block_sum = _summing(block[self._input.indices[0]], self.n_blocks)
-        self._damping = system.R.tocoo()
+        self._damping = R.tocoo()
         self._damping_sum = _summing(block[self._damping.coords[0]], self.n_blocks)
         points = [p.points.stop - p.points.start for p in system.parts]
         self._point_sum = _summing(np.repeat(np.arange(self.n_blocks), points), self.n_blocks)
+
+        groups = system.sharing.groups
+        group = np.arange(self.n_blocks)
+        for blocks in groups:
+            group[list(blocks)] = blocks[0]
+        self._group, self._group_sum = group, _summing(group, self.n_blocks)
+        self.sharing = np.isin(np.arange(self.n_blocks), [b for blocks in groups for b in blocks])
 
     def zero(self) -> dict[str, Floats]:
         """Totals at the start."""
@@ -321,19 +325,24 @@ class _Books:
             "transferred": len(self.system.connections.names),
             "supplied": self.system.n_inputs,
             "supplied_to": self.n_blocks,
+            "shared": self.n_blocks,
             "dissipated": self.n_blocks,
         }
         return {key: np.zeros(size) for key, size in sizes.items()}
 
     def stored(self, x: Floats) -> Floats:
-        """Stored energy, shape (times, blocks, kinds)."""
-        density = 0.5 * x * (self.system.E @ x.T).T
+        """Stored energy from the coordinates of blocks, shape (times, blocks, kinds)."""
+        density = 0.5 * x * (self._E @ x.T).T
         stored = np.asarray((self._energy_sum @ density.T).T).reshape(-1, self.n_blocks, self.n_kinds)
         for storage in self.system.storages:
-            first = storage.energy[0]
-            kind = self.system.energy_kind_of_state[first]
-            stored[:, self._block[first], kind] += [storage.hamiltonian(row) for row in x[:, storage.energy]]
+            at = self.system.sharing.kept[storage.energy]
+            kind = self.system.energy_kind_of_coordinate[at[0]]
+            stored[:, self._block[at[0]], kind] += [storage.hamiltonian(row) for row in x[:, at]]
         return stored
+
+    def of_groups(self, missing: Floats) -> Floats:
+        """Sum over the blocks that share states with a block, shape (times, blocks): what one misses another has."""
+        return np.asarray((self._group_sum @ missing.T).T)[:, self._group] if self.sharing.any() else missing
 
     def potential(self, points: Floats) -> Floats:
         """Potential energy of gravity by block, shape (times, blocks)."""
@@ -351,12 +360,8 @@ class _Books:
         angle = self.system.point_angles.at(theta.T).T
         return rotate(angle, material)
 
-    def rates(self, z: Floats, theta: Floats, u: Floats, frozen: Floats) -> dict[str, Floats]:
-        """Powers at the stages: through connections (both sides), inputs and dampings.
-
-        Lines have the directions they have in the states ``frozen``.
-        """
-        phi = self.system.features(theta.T, frozen.T).T
+    def rates(self, phi: Floats, z: Floats, u: Floats) -> dict[str, Floats]:
+        """Powers at the stages, from features and coordinates: through connections (both sides), inputs, dampings."""
         i, j, f = self._flow.indices
         value = self._flow.values * phi[:, f]
         # the taking side multiplies its own states last, the giving side its own
@@ -366,13 +371,29 @@ class _Books:
         supply = (self._input.values * phi[:, f] * z[:, i] * u[:, k]).T
         a, b = self._damping.coords
         loss = (self._damping.data * z[:, a] * z[:, b]).T
+        dissipated = (self._damping_sum @ loss).T
+        for m in self.system.modulations:
+            by, on = self.system.sharing.kept[m.by], self.system.sharing.kept[m.on]
+            _, R = m.verified(z[:, by])
+            w = z[:, on]
+            dissipated[:, self._block[on[0]]] += np.einsum("ti,tij,tj->t", w, R, w)
         return {
             "transferred": transferred.T,
             "reaction": reaction.T,
             "supplied": (self._input_sum @ supply).T,
             "supplied_to": (self._input_block_sum @ supply).T,
-            "dissipated": (self._damping_sum @ loss).T,
+            "dissipated": dissipated,
         }
+
+
+def _of_blocks(system: System) -> tuple[sp.csr_array, sp.csr_array]:
+    """E and R of all blocks, each in its own coordinates."""
+    n, first = system.sharing.expansion.shape[0], [p.states.start for p in system.parts]
+    E, R = (
+        Triplets.join(entries.shifted(i, i) for entries, i in zip(of_blocks, first, strict=True)).csr((n, n))
+        for of_blocks in ([p.form.E for p in system.parts], [p.form.R for p in system.parts])
+    )
+    return E, R
 
 
 def _summing(group: Ints, size: int) -> sp.csr_array:

@@ -20,7 +20,7 @@ from phblocks.results.kinematics import Base, bases, history_of
 from phblocks.results.power import PowerLedger
 from phblocks.results.recording import Recording
 from phblocks.results.status import EnergySeries, Statistics, Status
-from phblocks.system import Part, State, System
+from phblocks.system import Part, Site, State, System
 from phblocks.triplets import Floats, Ints
 
 Source = Literal["velocity", "strain"]
@@ -341,6 +341,8 @@ class Solution:
     def closure(self, source: Source = "strain") -> Mapping[str, Floats]:
         """Return the gap of every joint: joints are closed in velocity, not in position.
 
+        Joints with multipliers are among them; that of a slider is the distance that opens across its guide.
+
         Parameters
         ----------
         source : {"strain", "velocity"}, optional
@@ -349,17 +351,30 @@ class Solution:
         Returns
         -------
         mapping of str to numpy.ndarray
-            For each joint the largest distance between what it joins, shape (times,), m.
+            For each joint the largest distance between what it joins, shape (times,), m; by the anchors, a slider by
+            its name.
         """
         gaps = {}
         for site in self.system.sites:
-            spots = [self.position(name, place, source=source) for name, place in site.places]
-            if site.known:
-                moved = self.recording.input_integral[:, list(site.inputs)] if site.inputs else 0.0
-                spots.append(np.broadcast_to(site.start + moved, spots[0].shape))
+            spots = self._spots(site, source)
             pairs = [np.linalg.norm(a - b, axis=1) for i, a in enumerate(spots) for b in spots[:i]]
             gaps[site.name] = np.max(pairs, axis=0)
+        for guide in self.system.guides:
+            span = self._spots(guide.second, source)[0] - self._spots(guide.first, source)[0]
+            if guide.anchor is not None:
+                places, weights, reference = self.system.anchor_angles[guide.anchor]
+                span = rotate(-(reference + self.recording.theta[:, places] @ weights), span)
+            across = span @ guide.across.T
+            gaps[guide.name] = np.linalg.norm(across - across[0], axis=1)
         return gaps
+
+    def _spots(self, site: Site, source: Source) -> list[Floats]:
+        """Where all that is joined at a site has gone."""
+        spots = [self.position(name, place, source=source) for name, place in site.places]
+        if site.known:
+            moved = self.recording.input_integral[:, list(site.inputs)] if site.inputs else np.zeros(site.start.size)
+            spots.append(np.broadcast_to(site.start + moved, (self.t.size, site.start.size)))
+        return spots
 
     def _from_fixed(self, vector: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
         """Components in the frame asked for, of a vector in the fixed one."""

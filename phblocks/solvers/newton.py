@@ -13,6 +13,8 @@ from phblocks.triplets import Floats, Ints
 
 #: States with energy that are smaller than this, relative to the forces of joints, are round-off.
 HELD = 1e-12
+#: An update with an old factor that is this many times as large as the guess is not believed.
+FAR = 100.0
 
 
 class Equation(Protocol):
@@ -71,6 +73,10 @@ class Equation(Protocol):
         ...
 
 
+#: An update of this relative size may be followed by one of its square times this.
+CURVATURE = 10.0
+
+
 @dataclass(frozen=True)
 class Newton:
     """Options of Newton's method.
@@ -108,6 +114,7 @@ class Newton:
         if limit < 1:
             raise DataError("Newton max_iterations", expected="at least 1", got=repr(limit), fix="Use 15.")
 
+    @np.errstate(all="ignore")  # numbers that are not finite end the iteration
     def solve(
         self, stage: Equation, solver: LinearSolver, guess: Floats, size: float, kept: bool = False
     ) -> tuple[Floats | None, int]:
@@ -145,6 +152,9 @@ class Newton:
             change, ratio = progress.change, progress.ratio
             # convergence is quadratic: the next update would be about change * ratio**2
             if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * progress.size):
+                if iteration == 2 and CURVATURE * change**2 > self.tolerance * progress.size**2:
+                    # a first update nearly all along linear directions tells nothing of how the others converge
+                    return z - solver.solve(stage.residual(z)), iteration + 1
                 return z, iteration
             if ratio > 0.1 and progress.at_floor(z, residual):
                 return z, iteration
@@ -155,8 +165,10 @@ class Newton:
 class ModifiedNewton(Newton):
     """Newton's method with a factor that is kept until convergence slows.
 
-    More iterations than ``Newton``, but most of them cost a residual and a back-substitution only. The result is the
-    same to round-off: the error that is left is estimated from the linear convergence of the last two updates.
+    A factor from the step before serves the first iteration; a new one, made where that led, all others, unless
+    updates fall too slowly or grow: then the last one is undone and another factor made. More iterations than
+    ``Newton``, but most of them cost a residual and a back-substitution only. The result is the same to round-off: the
+    error that is left is estimated from the linear convergence of the last two updates.
 
     Parameters
     ----------
@@ -187,6 +199,7 @@ class ModifiedNewton(Newton):
         if not 0.0 < slow < 1.0:
             raise DataError("ModifiedNewton slow", expected="a number in (0, 1)", got=repr(slow), fix="Use 0.3.")
 
+    @np.errstate(all="ignore")  # numbers that are not finite end the iteration
     def solve(
         self, stage: Equation, solver: LinearSolver, guess: Floats, size: float, kept: bool = False
     ) -> tuple[Floats | None, int]:
@@ -201,21 +214,26 @@ class ModifiedNewton(Newton):
                     return None, iteration
             age += 1
             update = solver.solve(residual)
-            z = z - update
-            if not progress.add(z, update):
-                if not kept:
-                    return None, iteration
+            before, z = z, z - update
+            finite = progress.add(z, update)
+            if kept and not (finite and progress.falling and progress.change <= FAR * float(np.linalg.norm(guess))):
                 z, progress, age, kept = guess, _Progress(stage, size), 0, False  # an old factor proves nothing
                 continue
+            if not finite:
+                return None, iteration
             change, ratio, goal = progress.change, progress.ratio, self.tolerance * progress.size
             # convergence is linear: what is left is the sum of a geometric series
             if change == 0.0 or (ratio < 0.5 and change * ratio <= goal * (1.0 - ratio)):
                 return z, iteration
             if ratio > 0.5 and progress.at_floor(z, residual):
                 return z, iteration
-            # a new factor costs about as much as two iterations, and takes effect from the second on
-            if ratio > self.slow and age > 1 and (ratio >= 1.0 or change * ratio**3 > goal):
+            if kept and iteration == 1:
+                age = 0  # measured: an old factor is worth one iteration, then a new one nearer the solution pays
+            elif age > 1 and not progress.falling:
+                z, age = before, 0
+            elif ratio > self.slow and age > 1 and change * ratio**3 > goal:
                 age = 0
+            kept = kept and iteration == 1
         return None, self.max_iterations
 
 
@@ -236,6 +254,11 @@ class _Progress:
         if last > 0.0:
             self.ratio = max(self.change / last, self._moved / last_moved if last_moved > 0.0 else 0.0)
         return bool(np.isfinite(self.change))
+
+    @property
+    def falling(self) -> bool:
+        """Whether the last update was smaller than the one before; true of the first."""
+        return self.ratio < 1.0 or self.ratio == np.inf
 
     def at_floor(self, z: Floats, residual: Floats) -> bool:
         """Say whether the residual is round-off: no further iteration can improve z."""

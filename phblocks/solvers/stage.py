@@ -19,6 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.solvers.features import Dependence, LineDirections, entry_code, modulated_pairs, taken
+from phblocks.solvers.modulations import ModulatedMatrices
 from phblocks.solvers.ordering import narrow_order
 from phblocks.solvers.residual import ResidualParts
 from phblocks.solvers.storages import StorageEquations
@@ -70,7 +71,7 @@ class StageEquation:
         still_rows = taken(system.kinematics, still)
         pairs, pair_of = modulated_pairs(system, moving)
 
-        constants = [m.tocoo() for m in (system.rate_matrix, system.J0, system.R)]
+        constants = [m.tocoo() for m in (system.rate_matrix, system.J0, system.R0)]
         codes = [entry_code(m.coords[0], m.coords[1], self.n) for m in constants]
         codes.append(entry_code(still_rows.indices[0], still_rows.indices[1], self.n))
         i, j, k = tensor.indices
@@ -85,6 +86,11 @@ class StageEquation:
         codes += [
             entry_code(np.repeat(s.energy, s.energy.size), np.tile(s.energy, s.energy.size), self.n)
             for s in system.storages
+        ]
+        codes += [
+            entry_code(m.on.repeat(to.size), np.tile(to, m.on.size), self.n)
+            for m in system.modulations
+            for to in (m.on, m.by)
         ]
         pattern, spots = np.unique(np.concatenate(codes), return_inverse=True)
         at = iter(np.split(spots, np.cumsum([c.size for c in codes])[:-1]))
@@ -146,6 +152,10 @@ class StageEquation:
         self._storages: StorageEquations | None = None
         if system.storages:
             self._storages = StorageEquations(system, new, scale, [slot[next(at)] for _ in system.storages])
+        self._modulated: ModulatedMatrices | None = None
+        if system.modulations:
+            places = [(slot[next(at)], slot[next(at)]) for _ in system.modulations]
+            self._modulated = ModulatedMatrices(system, new, scale, places)
         self._work = self._matrix(self.mass.copy())
 
     def _matrix(self, data: Floats) -> sp.csr_array:
@@ -289,6 +299,8 @@ class StageEquation:
         jacobian = self._linear - products - self._modulation @ np.concatenate(parts)
         if self._storages is not None:
             self._storages.add(z, self._before, residual, jacobian)
+        if self._modulated is not None:
+            self._modulated.add(z, residual, jacobian)
         return residual, jacobian
 
     def residual(self, z: Floats) -> Floats:
@@ -304,7 +316,7 @@ class StageEquation:
         numpy.ndarray
             Shape (n,).
         """
-        if self.constant or self._storages is not None:
+        if self.constant or self._storages is not None or self._modulated is not None:
             return self.evaluate(z)[0]
         turned, kappa, momentum, forced = self._parts.linear(z)
         features = self._features(z, self._alpha + self._tau * turned)[0]
@@ -374,4 +386,5 @@ class StageEquation:
         _, kappa, momentum, forced = parts.linear(size)
         forced = forced + parts.summed(size, kappa + np.abs(self._kappa_known)) + np.abs(self._known)
         noise = float(np.finfo(float).eps * np.linalg.norm(abs(self._mass_factor) * momentum + forced))
-        return noise if self._storages is None else noise + float(np.linalg.norm(self._storages.noise))
+        noise += 0.0 if self._storages is None else float(np.linalg.norm(self._storages.noise))
+        return noise + (0.0 if self._modulated is None else float(np.linalg.norm(self._modulated.noise)))

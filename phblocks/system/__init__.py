@@ -4,16 +4,19 @@ from phblocks.system.angles import Angles
 from phblocks.system.constraints import consistent_start, find_constraints, require_independent
 from phblocks.system.linearization import Linearization
 from phblocks.system.lines import Lines
-from phblocks.system.parts import Connections, Input, Part, Site, State
+from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
+from phblocks.system.sharing import Sharing
 from phblocks.system.system import System
 
 __all__ = [
     "Angles",
     "Connections",
+    "Guide",
     "Input",
     "Linearization",
     "Lines",
     "Part",
+    "Sharing",
     "Site",
     "State",
     "System",

@@ -19,6 +19,7 @@ from scipy.sparse.linalg import splu
 from phblocks.errors import ConstraintError
 from phblocks.system.parts import State
 from phblocks.system.scaling import state_scale
+from phblocks.system.undetermined import made_by, require_determined
 from phblocks.triplets import Floats, Triplets
 
 if TYPE_CHECKING:
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 #: What is smaller than this, relative to the largest, counts as zero in a rank.
 RANK = 1e-10
+#: Iterations of Newton's method when a start is projected whose energy is not quadratic.
+MOST_PROJECTIONS = 50
 #: A start that violates the constraints by less than this, relative, is left as it is.
 CONSISTENT = 1e-13
 
@@ -71,10 +74,11 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
     n, scale = system.n, state_scale(system)
     free = np.flatnonzero(system.algebraic & ~system.coenergy)
     units = sp.diags_array(scale)
-    A = sp.csr_array(units @ (system.J(at.x, at.theta) - system.R) @ units)
+    A = sp.csr_array(units @ (system.J(at.x, at.theta) - system.R_at(at.x)) @ units)
     among = sp.csr_array(A[free][:, free])
     among.eliminate_zeros()
     count, label = connected_components(among, directed=False)
+    coupled = sp.csr_array((A @ sp.diags_array((system.carries_energy | system.coenergy).astype(float)))[free])
     left: list[Triplets] = []
     names: list[str] = []
     members: list[list[int]] = [[] for _ in range(count)]
@@ -87,19 +91,34 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
         else:
             # each column of u beyond the rank combines the rows to zero
             u, size, _ = np.linalg.svd(block)
-            null = u[:, int((size > RANK * size[0]).sum()) :]
+            null = _sorted(u[:, int((size > RANK * size[0]).sum()) :], coupled[group])
         for vector in null.T:
             left.append(Triplets.of(len(left), free[group], values=vector))
             names.append(system.state_names[free[group[int(np.abs(vector).argmax())]]])
     combine = Triplets.join(left).csr((len(left), n))
     rows = sp.csr_array(combine @ A @ sp.diags_array((system.carries_energy | system.coenergy).astype(float)))
     length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
-    unit = sp.diags_array(1.0 / np.where(length > RANK, length, 1.0))
+    length[length <= RANK] = 0.0
+    rows = sp.csr_array(sp.diags_array((length > 0.0).astype(float)) @ rows)
+    unit = sp.diags_array(1.0 / np.where(length > 0.0, length, 1.0))
     return Constraints(tuple(names), sp.csr_array(unit @ rows), sp.csr_array(unit @ combine @ units), scale)
 
 
+def _sorted(null: Floats, coupled: sp.csr_array) -> Floats:
+    """Turn vectors so that those that combine to nothing stand by themselves, if there are any."""
+    used = np.unique(coupled.indices)
+    rows = null.T @ coupled[:, used].toarray()
+    if null.shape[1] < 2 or not used.size:
+        return null
+    turn, size, _ = np.linalg.svd(rows)
+    return null if (size > RANK).sum() == null.shape[1] else np.asarray(null @ turn)
+
+
 def require_independent(system: System, constraints: Constraints) -> None:
-    """Check that no constraint follows from the others.
+    """Check that no constraint follows from the others, and that none holds nothing.
+
+    This is the rank at one state, the initial one. Joints that become redundant only away from there (a parallelogram
+    that folds flat, a slider and a bar in line) cannot be seen here.
 
     Parameters
     ----------
@@ -111,38 +130,39 @@ def require_independent(system: System, constraints: Constraints) -> None:
     Raises
     ------
     ConstraintError
-        Naming a constraint that is redundant and those it follows from, or one that holds nothing.
+        Naming a constraint that is redundant and those it follows from.
+    UndeterminedError
+        Where a constraint holds nothing: what it would hold is not determined.
     """
     if not constraints.names:
         return
+    require_determined(system, constraints)
     from scipy.linalg import qr, solve_triangular
 
     used = np.unique(constraints.rows.indices)
     matrix = constraints.rows[:, used].toarray().T
-    if not used.size:
-        matrix = np.zeros((1, len(constraints.names)))
     upper, order = qr(matrix, mode="r", pivoting=True)
     diagonal = np.abs(np.diag(upper))
     rank = int((diagonal > RANK).sum())
     if rank == len(constraints.names):
         return
     name = constraints.names[order[rank]]
-    weight = solve_triangular(upper[:rank, :rank], upper[:rank, rank]) if rank else np.empty(0)
+    weight = solve_triangular(upper[:rank, :rank], upper[:rank, rank])
     others = [constraints.names[order[i]] for i in np.flatnonzero(np.abs(weight) > 1e-6)]
+    block = next(part.name for part in system.parts if name.startswith(f"{part.name}."))
     raise ConstraintError(
-        f"{name} of system {system.name!r}",
+        f"{name}{made_by(system, block)} of system {system.name!r}",
         expected="constraints that do not follow from each other",
-        got=f"one that {' and '.join(others)} imply already" if others else "one that holds nothing with energy",
-        fix=(
-            "Take one of these joints away, or let it turn or slide."
-            if others
-            else "Join the part it belongs to: a circuit needs a Reference, a joint something that moves."
-        ),
+        got=f"one that {' and '.join(others)} imply already",
+        fix="Take one of these joints away, or let it turn or slide.",
     )
 
 
 def consistent_start(system: System, state: State, u: Floats) -> tuple[State, float]:
     """Project a start on the constraints in the energy norm: the least ``|x - x0|_E`` that satisfies them.
+
+    Energy variables whose energy is not quadratic change as by impulses of the joints: ``x0 - N^T p`` with the p for
+    which the constraints N on ``grad H`` hold.
 
     Parameters
     ----------
@@ -163,7 +183,7 @@ def consistent_start(system: System, state: State, u: Floats) -> tuple[State, fl
     Raises
     ------
     ConstraintError
-        If the start violates a constraint on states whose energy is not quadratic.
+        If the start violates a constraint on states whose energy is not quadratic, and no impulses help.
     """
     found = find_constraints(system, state)
     if not found.names:
@@ -175,19 +195,63 @@ def consistent_start(system: System, state: State, u: Floats) -> tuple[State, fl
     defect = found.rows @ scaled + outside
     if np.abs(defect).max() <= CONSISTENT * (np.linalg.norm(scaled) + np.abs(outside).max()):
         return state, 0.0
-    gradients = abs(found.rows) @ system.coenergy.astype(float)
-    if (gradients > RANK).any():
+    reach, before = _impulses(system, found), system.settled(state.x)
+    if (abs(found.rows) @ system.coenergy.astype(float) > RANK).any():
+        new = _settled_on(system, found, before, outside, reach)
+    else:
+        new = before + reach @ _multipliers(found.rows @ (reach / found.scale[:, None]), defect)
+    return State(new, state.theta, state.points), system.energy(new) - system.energy(state.x)
+
+
+def _impulses(system: System, constraints: Constraints) -> Floats:
+    """What a unit of each multiplier does to the states in no time, shape (n, constraints)."""
+    reach, used = np.zeros((system.n, len(constraints.names))), np.flatnonzero(system.carries_energy)
+    units = sp.diags_array(constraints.scale[used])
+    if used.size:
+        factor = splu(sp.csc_array(units @ system.E[used][:, used] @ units))
+        reach[used] = -(units @ factor.solve(constraints.rows[:, used].T.toarray()))
+    for s in system.storages:
+        reach[s.energy] = -(constraints.rows[:, s.coenergy].toarray() / constraints.scale[s.coenergy]).T
+    return reach
+
+
+def _multipliers(response: Floats, defect: Floats) -> Floats:
+    """What takes a defect away, where the response to the multipliers is linear."""
+    return np.asarray(np.linalg.lstsq(response, -defect, rcond=RANK)[0])
+
+
+def _settled_on(system: System, constraints: Constraints, start: Floats, outside: Floats, reach: Floats) -> Floats:
+    """Project with energies that are not quadratic: Newton's method for the multipliers, damped where need be.
+
+    The states change as by impulses of the joints, which takes the least energy that impulses lead to: where the
+    energy is quadratic, that is the least change in the energy norm.
+    """
+    rows, total, x = constraints.rows, np.zeros(len(constraints.names)), start
+    defect = rows @ (x / constraints.scale) + outside
+    for _ in range(MOST_PROJECTIONS):
+        change = reach.copy()
+        for s in system.storages:
+            change[s.coenergy] = s.hessian(x[s.energy]) @ reach[s.energy]
+        step, factor = _multipliers(rows @ (change / constraints.scale[:, None]), defect), 1.0
+        while factor > 1e-6:
+            new = system.settled(start + reach @ (total + factor * step))
+            left = rows @ (new / constraints.scale) + outside
+            if np.linalg.norm(left) < np.linalg.norm(defect):
+                break
+            factor /= 2.0
+        else:
+            break
+        total, x, defect = total + factor * step, new, left
+    after = State(x, system.start.theta, system.start.points)
+    size = (abs(rows) @ np.abs(x / constraints.scale)).max() + np.abs(outside).max()
+    # a G that depends on the state changes the constraints on the way
+    moved = abs(find_constraints(system, after).rows - rows).max() if system.modulations else 0.0
+    if not (np.abs(defect).max() <= 1e3 * CONSISTENT * size and moved <= RANK):
+        name = constraints.names[int(np.abs(defect).argmax())]
         raise ConstraintError(
             f"start of system {system.name!r}",
-            expected="a start that satisfies the constraints",
-            got=f"one that violates {found.names[int(gradients.argmax())]}, which a custom block takes part in",
-            fix="Give a start that does: only quadratic energies can be projected.",
+            expected="a start that satisfies the constraints, or from where impulses of the joints lead to one",
+            got=f"one that violates {name}, where a custom block takes part, and no impulses found",
+            fix="Give a start that satisfies it.",
         )
-    used = np.flatnonzero(carries)
-    units = sp.diags_array(found.scale[used])
-    factor = splu(sp.csc_array(units @ system.E[used][:, used] @ units))
-    columns = factor.solve(found.rows[:, used].T.toarray())
-    multiplier = np.linalg.lstsq(found.rows[:, used] @ columns, defect, rcond=RANK)[0]
-    new = state.x.copy()
-    new[used] -= found.scale[used] * (columns @ multiplier)
-    return State(new, state.theta, state.points), system.energy(new) - system.energy(state.x)
+    return x

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import splu
 
-from phblocks.errors import StructureError
 from phblocks.system.angles import Angles
+from phblocks.system.modulated import modulation_slopes, require_quadratic
 from phblocks.system.parts import State
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -66,12 +67,14 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
         Its states are x, and theta where the right-hand side depends on it.
     """
     state = system.start if state is None else state
-    x, u = state.x, np.zeros(system.n_inputs) if u is None else u
+    u = np.zeros(system.n_inputs) if u is None else u
+    x = followed(system, state, u)
     shape, tensor = (system.n, system.n), Triplets.from_coo(system.T)
     swapped = Triplets((tensor.indices[0], tensor.indices[2], tensor.indices[1]), tensor.values)
     phi = system.features(state.theta, x)
     moving = system.kinematics.contracted(phi).csr(shape)
-    A = system.J(x, state.theta) - system.R + moving + swapped.contracted(x).csr(shape)
+    A = system.J(x, state.theta) - system.R_at(x) + moving + swapped.contracted(x).csr(shape)
+    A = A + modulation_slopes(system, x) if system.modulations else A
     for s in system.storages:
         rows, columns = np.meshgrid(s.energy, s.energy, indexing="ij")
         A = A - Triplets.of(rows.ravel(), columns.ravel(), values=np.ravel(s.hessian(x[s.energy]))).csr(shape)
@@ -97,6 +100,64 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     )
 
 
+def followed(system: System, state: State, u: Floats) -> Floats:
+    """Set states that follow from others: gradients of energies, inputs and outputs of matrices that vary.
+
+    Multipliers of constraints do not follow from a state; where there are any, all states without energy stay as given.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    state : State
+        As given.
+    u : numpy.ndarray
+        Inputs, shape (n_inputs,).
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (n,).
+    """
+    x = system.settled(state.x)
+    free = system.algebraic & ~system.coenergy
+    if not any(free[m.on].any() for m in system.modulations) or system.constraint_names:
+        return x
+    x[free] = 0.0
+    A = sp.csc_array((system.J(x, state.theta) - system.R_at(x))[free][:, free])
+    x[free] = -splu(A).solve(system.force(x, state.theta, u)[free])
+    return x
+
+
+def coenergy_free(system: System, x: Floats, size: int) -> tuple[Ints, Ints, sp.csr_array]:
+    """Return what leaves the co-energy variables of energies that are not quadratic out.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    x : numpy.ndarray
+        States, shape (n,).
+    size : int
+        Number of states: n, or those of a linearisation.
+
+    Returns
+    -------
+    kept : numpy.ndarray
+        The states that are left.
+    rows : numpy.ndarray
+        For each of them the equation that has its rate.
+    right : scipy.sparse.csr_array
+        Shape (size, kept): small departures of all states, of those that are left.
+    """
+    kept, rows = np.setdiff1d(np.arange(size), np.flatnonzero(system.coenergy)), np.arange(size)
+    right = sp.eye_array(size, format="lil")
+    for s in system.storages:
+        rows[s.energy] = s.coenergy
+        right[np.ix_(s.coenergy, s.energy)] = s.hessian(x[s.energy])
+    return kept, rows[kept], sp.csr_array(sp.csr_array(right)[:, kept])
+
+
 def energy_variables(system: System, state: State, size: int) -> tuple[sp.csr_array, sp.csr_array]:
     """Return what takes the co-energy variables of energies that are not quadratic out of a linearisation.
 
@@ -115,15 +176,14 @@ def energy_variables(system: System, state: State, size: int) -> tuple[sp.csr_ar
         ``left E right`` and ``left A right`` are those of the states that are left, of which ``right`` makes all;
         ``left E right`` is the Hessian for energy variables where that is positive definite, and the identity else.
     """
-    left, right = sp.eye_array(size, format="lil"), sp.eye_array(size, format="lil")
+    kept, _, right = coenergy_free(system, state.x, size)
+    left = sp.eye_array(size, format="lil")
     for s in system.storages:
         hessian = s.hessian(state.x[s.energy])
-        right[np.ix_(s.coenergy, s.energy)] = hessian
         left[s.energy, s.energy] = 0.0
         stable = float(np.linalg.eigvalsh(hessian).min()) > 0.0
         left[np.ix_(s.energy, s.coenergy)] = hessian if stable else np.eye(s.energy.size)
-    kept = np.setdiff1d(np.arange(size), np.flatnonzero(system.coenergy))
-    return sp.csr_array(left)[kept], sp.csr_array(sp.csr_array(right)[:, kept])
+    return sp.csr_array(left)[kept], right
 
 
 def small_motions(system: System) -> System:
@@ -144,13 +204,7 @@ def small_motions(system: System) -> System:
     StructureError
         If the energy is not quadratic.
     """
-    if not system.quadratic:
-        raise StructureError(
-            f"small motions of system {system.name!r}",
-            expected="an energy that is quadratic in the states",
-            got="a block with another one",
-            fix="Use linearize().",
-        )
+    require_quadratic(system, "small motions")
     phi = system.features(system.start.theta, system.start.x)
     a, b, g = system.kinematics.indices
     spans = Triplets((a, b, np.zeros_like(g)), system.kinematics.values * phi[g])
@@ -158,10 +212,12 @@ def small_motions(system: System) -> System:
     weight = Triplets((i, np.zeros_like(f)), system.K_g.values * phi[f])
     a, b, g = system.connections.entries.indices
     flows = Triplets((a, b, np.zeros_like(g)), system.connections.entries.values * phi[g])
+    a, b, g = system.connections.supply.indices
+    supply = Triplets((a, b, np.zeros_like(g)), system.connections.supply.values * phi[g])
     fixed = system.point_angles.at(system.start.theta)
     return replace(
         system,
-        J0=system.J(),
+        J0=system.J(system.start.x),
         T=sp.coo_array(system.T.shape),
         G0=system.G(),
         K=Triplets.empty(3),
@@ -172,7 +228,7 @@ def small_motions(system: System) -> System:
         lines=replace(
             system.lines, line=system.lines.line[:0], frames=Angles(system.lines.frames.rows[:0], np.empty(0))
         ),
-        connections=replace(system.connections, entries=flows),
+        connections=replace(system.connections, entries=flows, supply=supply),
         point_angles=Angles(sp.csr_array(system.point_angles.rows.shape), fixed),
     )
 

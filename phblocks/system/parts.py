@@ -43,7 +43,7 @@ class Part:
     form : Form
         Its matrices and read-outs in its own coordinates.
     states : slice
-        Its states in x.
+        Its coordinates among those of all blocks: its states in x, unless blocks share states (``system.sharing``).
     theta : numpy.ndarray
         For each of its rotation states the place in theta, or -1 if it is not kept.
     points : slice
@@ -116,6 +116,29 @@ class Site:
 
 
 @dataclass(frozen=True)
+class Guide:
+    """Two places that are held together across some directions only, and free along the others.
+
+    Parameters
+    ----------
+    name : str
+        Of the block that holds them.
+    first, second : Site
+        The two places.
+    across : numpy.ndarray
+        The directions, shape (directions, dimension), of length one.
+    anchor : str or None
+        Path of the anchor that the directions turn with; ``None`` if they are fixed in space.
+    """
+
+    name: str
+    first: Site
+    second: Site
+    across: Floats
+    anchor: str | None
+
+
+@dataclass(frozen=True)
 class Connections:
     """Power flows between blocks: what each taking port does at a junction, entry by entry.
 
@@ -128,11 +151,14 @@ class Connections:
     number : numpy.ndarray
         Connection of each entry.
     entries : Triplets
-        Order three (row, column, feature): rows are states of the taking block, columns of the giving one; the
+        Order three (row, column, feature): rows are coordinates of the taking block, columns of the giving one; the
         negative transpose is the reaction.
+    supply : Triplets
+        Order three (row, input, feature): what the outside does to the coordinates of blocks.
     """
 
     names: tuple[tuple[str, str], ...]
     blocks: Ints
     number: Ints
     entries: Triplets
+    supply: Triplets

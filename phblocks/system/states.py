@@ -60,10 +60,10 @@ def rigid_motion(
         raise ArgumentTypeError(
             "rigid_motion blocks", expected="a sequence of names", got=repr(blocks), fix='Write for instance ["crank"].'
         )
-    x = system.start.x.copy()
+    x = system.sharing.expand(system.start.x).copy()
     for part in system.parts if blocks is None else [system.part(name) for name in blocks]:
         x[part.states] += part.form.moving(v, float(w), c)
-    return State(x, system.start.theta, system.start.points)
+    return State(x[system.sharing.kept], system.start.theta, system.start.points)
 
 
 def _require(where: str, value: object, shape: tuple[int, ...]) -> Floats:

@@ -4,8 +4,8 @@
     theta' = rates z + input_rates u                              (orientations: time integrals of spins)
     y = G(theta)^T z,     H = 1/2 x^T E x  (+ potential energy of gravity)
 
-Spans of lines of action (springs, dampers) are states too, without energy: ``span' = kinematics phi x +
-kinematics_u u``; their rows are not part of E and J.
+Spans of lines of action (springs, dampers) and distances along guides are states too, without energy:
+``span' = kinematics phi x + kinematics_u u``; their rows are not part of E and J.
 
 The configuration enters through *features* only, ``phi(theta) = [1, cos alpha, sin alpha]`` with
 ``alpha = alpha0 + P theta``: relative angles at joints, angles of ports in the fixed frame and of material
@@ -27,16 +27,19 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY
+from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
-from phblocks.errors import ExportError, UnknownNameError
-from phblocks.export import write
+from phblocks.errors import UnknownNameError
+from phblocks.export import Matrices, write
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
 from phblocks.system.constraints import find_constraints
 from phblocks.system.linearization import Linearization, energy_variables, linearize, small_motions
 from phblocks.system.lines import Lines
 from phblocks.system.matrices import matrices_at
-from phblocks.system.parts import Connections, Input, Part, Site, State
+from phblocks.system.modulated import modulated, require_quadratic
+from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
+from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -57,8 +60,9 @@ class System:
         The blocks.
     inputs : tuple of Input
         The exposed ports, one entry for each component.
-    E, J0, R : scipy.sparse.csr_array
-        Shape (n, n): symmetric positive, skew, symmetric semidefinite. J0 includes the joints that do not turn.
+    E, J0, R0 : scipy.sparse.csr_array
+        Shape (n, n): symmetric positive, skew, symmetric semidefinite; the constant parts. J0 includes the joints that
+        do not turn.
     T : scipy.sparse.coo_array
         Shape (n, n, n), skew in the first two axes: ``J(x) = J0 + sum_k T[:, :, k] x[k]``.
     G0 : scipy.sparse.csr_array
@@ -76,13 +80,15 @@ class System:
     lines : Lines
         Lines of action; their directions are features too, after the cosines and sines.
     kinematics : Triplets
-        Shape (n, n, n_features): rates of the spans of lines; rows of other states are empty.
+        Shape (n, n, n_features): rates of the states of the configuration; other rows are empty.
     kinematics_u : scipy.sparse.csr_array
         Shape (n, n_inputs): the same from inputs.
     connections : Connections
         Who exchanges power with whom.
     sites : tuple of Site
         Where anchors are joined in space.
+    guides : tuple of Guide
+        Where they are joined across some directions only.
     anchor_angles : mapping of str to (numpy.ndarray, numpy.ndarray, float)
         Orientation of each anchor: places in theta, weights, initial angle (rad).
     point_mass : numpy.ndarray
@@ -93,6 +99,8 @@ class System:
         Their orientations.
     start : State
         The initial configuration, at rest.
+    sharing : Sharing
+        The states that blocks share.
     report : object
         The causality report the system was assembled from.
     """
@@ -104,7 +112,7 @@ class System:
     inputs: tuple[Input, ...]
     E: sp.csr_array
     J0: sp.csr_array
-    R: sp.csr_array
+    R0: sp.csr_array
     T: sp.coo_array
     G0: sp.csr_array
     angles: Angles
@@ -118,11 +126,13 @@ class System:
     kinematics_u: sp.csr_array
     connections: Connections
     sites: tuple[Site, ...]
+    guides: tuple[Guide, ...]
     anchor_angles: dict[str, tuple[Ints, Floats, float]]
     point_mass: Floats
     point_velocity: sp.csr_array
     point_angles: Angles
     start: State
+    sharing: Sharing
     report: object = field(repr=False)
 
     def __repr__(self) -> str:
@@ -164,24 +174,51 @@ class System:
 
     @cached_property
     def Q(self) -> sp.csr_array:
-        """The identity: states are co-energy variables."""
+        """The identity: states are co-energy variables.
+
+        Raises
+        ------
+        StructureError
+            If the energy is not quadratic: E and Q do not make it then.
+        """
+        require_quadratic(self, "Q")
         return sp.csr_array(sp.eye_array(self.n))
 
     @cached_property
     def rate_matrix(self) -> sp.csr_array:
-        """What multiplies x' in the equations, shape (n, n): E, and one in the rows of spans.
+        """What multiplies x' in the equations, shape (n, n): E, and one in the rows of the configuration.
 
         The rates of energy variables whose energy is not quadratic stand in the rows of their co-energy variables.
         """
-        spans = self.lines.spans.ravel()
-        ones = [Triplets.of(spans, spans, values=1.0)]
+        moving = np.flatnonzero(self.configuration)
+        ones = [Triplets.of(moving, moving, values=1.0)]
         ones += [Triplets.of(s.coenergy, s.energy, values=1.0) for s in self.storages]
         return sp.csr_array(self.E + Triplets.join(ones).csr(self.J0.shape))
 
     @cached_property
     def storages(self) -> tuple[Storage, ...]:
         """Where energy is stored that is not quadratic in the states, with indices among those of the system."""
-        return tuple(p.form.storage.shifted(p.states.start) for p in self.parts if p.form.storage is not None)
+        place = self.sharing.state_of
+        return tuple(
+            p.form.storage.shifted(int(place(np.array(p.states.start))))
+            for p in self.parts
+            if p.form.storage is not None
+        )
+
+    @cached_property
+    def modulations(self) -> tuple[Modulation, ...]:
+        """Parts of J and R that depend on energy variables, with indices among the states of the system."""
+        place = self.sharing.state_of
+        return tuple(
+            p.form.modulation.shifted(int(place(np.array(p.states.start))))
+            for p in self.parts
+            if p.form.modulation is not None
+        )
+
+    @cached_property
+    def R(self) -> sp.csr_array:
+        """R in the initial configuration, shape (n, n); elsewhere see :meth:`R_at`."""
+        return self.R_at(self.start.x)
 
     @property
     def quadratic(self) -> bool:
@@ -224,17 +261,19 @@ class System:
     @cached_property
     def state_names(self) -> tuple[str, ...]:
         """Name of each state: block, field, component and number along the block, such as ``crank.V1[0]``."""
-        return tuple(
+        names = [
             f"{part.name}.{run.field}[{i}]"
             for part in self.parts
             for run in part.form.runs
             for i in range(run.positions.size)
-        )
+        ]
+        return tuple(names[i] for i in self.sharing.kept)
 
     @cached_property
     def state_units(self) -> tuple[str, ...]:
         """SI unit of each state."""
-        return tuple(r.unit for p in self.parts for r in p.form.runs for _ in range(r.positions.size))
+        units = [r.unit for p in self.parts for r in p.form.runs for _ in range(r.positions.size)]
+        return tuple(units[i] for i in self.sharing.kept)
 
     @cached_property
     def theta_names(self) -> tuple[str, ...]:
@@ -249,19 +288,30 @@ class System:
     @cached_property
     def state_positions(self) -> Floats:
         """Place of each state along its block, shape (n,), m from the start."""
-        return np.concatenate([run.positions for part in self.parts for run in part.form.runs] or [np.empty(0)])
+        positions = [run.positions for part in self.parts for run in part.form.runs]
+        return np.concatenate(positions or [np.empty(0)])[self.sharing.kept]
 
     @cached_property
     def energy_kinds(self) -> tuple[str, ...]:
         """Kinds of energy the states store, such as ``("kinetic", "strain")``."""
         return tuple(dict.fromkeys(run.energy for part in self.parts for run in part.form.runs))
 
-    @cached_property
+    @property
     def energy_kind_of_state(self) -> Ints:
         """For each state its place in :attr:`energy_kinds`, shape (n,)."""
+        return self.energy_kind_of_coordinate[self.sharing.kept]
+
+    @cached_property
+    def energy_kind_of_coordinate(self) -> Ints:
+        """For each coordinate of the blocks its place in :attr:`energy_kinds`."""
         kinds = {kind: i for i, kind in enumerate(self.energy_kinds)}
         runs = [run for part in self.parts for run in part.form.runs]
         return np.repeat([kinds[r.energy] for r in runs], [r.positions.size for r in runs]).astype(np.int64)
+
+    @cached_property
+    def configuration(self) -> NDArray[np.bool_]:
+        """For each state whether it belongs to the configuration: spans of lines, distances along guides."""
+        return np.array([kind == CONFIGURATION for kind in self.energy_kinds], dtype=bool)[self.energy_kind_of_state]
 
     @cached_property
     def carries_energy(self) -> NDArray[np.bool_]:
@@ -269,10 +319,8 @@ class System:
 
         Multipliers, states of stateless parts and spans do not, nor do states whose energy is not quadratic.
         """
-        runs = [run for part in self.parts for run in part.form.runs]
-        carries = np.repeat(
-            [r.energy not in (NO_ENERGY, CONFIGURATION) for r in runs], [r.positions.size for r in runs]
-        ).astype(bool)
+        carry = np.array([kind not in (NO_ENERGY, CONFIGURATION) for kind in self.energy_kinds], dtype=bool)
+        carries = carry[self.energy_kind_of_state]
         for storage in self.storages:
             carries[storage.energy] = False
         return carries
@@ -339,7 +387,8 @@ class System:
         Parameters
         ----------
         x : numpy.ndarray, optional
-            Energy states, shape (n,); zero by default.
+            Energy states, shape (n,); zero by default, but those of the start for matrices that are functions of
+            the user's.
         theta : numpy.ndarray, optional
             Rotation states, shape (n_theta,); the initial configuration by default.
 
@@ -349,12 +398,33 @@ class System:
             J(x, theta), shape (n, n), skew.
         """
         theta = self.start.theta if theta is None else theta
-        phi = self.features(theta, self.start.x if x is None else x)
+        at = self.start.x if x is None else x
+        phi = self.features(theta, at)
         joints = self.K.contracted(phi).csr(self.J0.shape)
         products = (
             sp.csr_array(self.J0.shape) if x is None else Triplets.from_coo(self.T).contracted(x).csr(self.J0.shape)
         )
-        return sp.csr_array(self.J0 + products + joints)
+        own = (
+            modulated(self, at, lambda m, x: m.interconnection(x)) if self.modulations else sp.csr_array(self.J0.shape)
+        )
+        return sp.csr_array(self.J0 + products + joints + own)
+
+    def R_at(self, x: Floats) -> sp.csr_array:
+        """Evaluate the dissipation matrix.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Energy states, shape (n,).
+
+        Returns
+        -------
+        scipy.sparse.csr_array
+            R(x), shape (n, n), symmetric and positive semidefinite; constant unless a block brings functions.
+        """
+        return (
+            sp.csr_array(self.R0 + modulated(self, x, lambda m, x: m.dissipation(x))) if self.modulations else self.R0
+        )
 
     def G(self, theta: Floats | None = None, x: Floats | None = None) -> sp.csr_array:
         """Evaluate the input matrix.
@@ -411,7 +481,7 @@ class System:
         u = np.zeros(self.n_inputs) if u is None else u
         theta = self.start.theta if theta is None else theta
         moving = self.kinematics.contracted(self.features(theta, x)).csr(self.J0.shape)
-        result = (self.J(x, theta) - self.R + moving) @ x + self.gravity_force(theta)
+        result = (self.J(x, theta) - self.R_at(x) + moving) @ x + self.gravity_force(theta)
         for s in self.storages:
             result[s.energy] -= s.gradient(x[s.energy])
         return np.asarray(result + (self.G(theta, x) + self.kinematics_u) @ u)
@@ -521,6 +591,35 @@ class System:
         """
         return rigid_motion(self, velocity, spin, about, blocks)
 
+    def matrices(self, state: State | None = None, u: Floats | None = None) -> Matrices:
+        """Evaluate E, J, R, Q, G and the tangent A, B, C, D at a state, with all names and units.
+
+        An energy that is not quadratic is taken to second order at the state: its co-energy variables leave, Q has its
+        Hessian, and its energy variables are shifted so that ``Q x`` is its gradient there. J, R and G are those at
+        the state; the tangent has their derivatives too.
+
+        Parameters
+        ----------
+        state : State, optional
+            The initial configuration at rest by default.
+        u : numpy.ndarray, optional
+            Inputs there, shape (n_inputs,); zero by default.
+
+        Returns
+        -------
+        Matrices
+            What :meth:`export` writes.
+
+        Raises
+        ------
+        DataError
+            If the state or the input does not fit.
+        StructureError
+            If an energy that is not quadratic has no positive semidefinite Hessian at the state.
+        """
+        state = None if state is None else require_state(self, state, "matrices state")
+        return matrices_at(self, state, None if u is None else require_input(self, u, "matrices u"))
+
     def export(
         self, path: str | os.PathLike[str], state: State | None = None, u: Floats | None = None
     ) -> tuple[Path, ...]:
@@ -543,19 +642,13 @@ class System:
         Raises
         ------
         ExportError
-            If the suffix is unknown, the file cannot be written, or the energy is not quadratic.
+            If the suffix is unknown, or the file cannot be written.
         DataError
             If the state or the input does not fit.
+        StructureError
+            If an energy that is not quadratic has no positive semidefinite Hessian at the state.
         """
-        if not self.quadratic:
-            raise ExportError(
-                f"system {self.name!r}",
-                expected="an energy that is quadratic in the states, E and Q",
-                got="a block with another one",
-                fix="Export the matrices of linearize().",
-            )
-        state = None if state is None else require_state(self, state, "export state")
-        return write(matrices_at(self, state, None if u is None else require_input(self, u, "export u")), path)
+        return write(self.matrices(state, u), path)
 
     def energy(self, x: Floats) -> float:
         """Evaluate the stored energy, without the potential of gravity.

@@ -22,7 +22,8 @@ def entry(system: ph.System, i: int, j: int, value: float) -> sp.csr_array:
 
 
 def changed(system: ph.System, **matrices) -> ph.System:
-    return dataclasses.replace(system, **{k: sp.csr_array(v) for k, v in matrices.items()})
+    names = {"R": "R0"}  # what is stored of R is its constant part
+    return dataclasses.replace(system, **{names.get(k, k): sp.csr_array(v) for k, v in matrices.items()})
 
 
 def damping(system: ph.System, *, rank: int) -> sp.csr_array:

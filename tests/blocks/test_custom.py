@@ -1,11 +1,13 @@
 """Blocks with an energy of the user's: what they assemble to, their linear models, and what is refused."""
 
+import math
+
 import numpy as np
 import pytest
 import sympy
 
 import phblocks as ph
-from phblocks.errors import ArgumentTypeError, ConstraintError, DataError, ExportError, StructureError
+from phblocks.errors import ArgumentTypeError, ConstraintError, DataError, StructureError
 
 LINE = ph.Domain("line", ph.Quantity("velocity", "m/s"), ph.Quantity("force", "N"))
 SKEW = [[0.0, 1.0], [-1.0, 0.0]]
@@ -178,12 +180,12 @@ def test_what_is_refused(options, error, words):
         ph.CustomBlock("duffing", **given)
 
 
-def test_what_its_systems_refuse(tmp_path):
+def test_what_its_systems_refuse():
     system = alone(duffing())
     with pytest.raises(StructureError, match="linearize"):
         system.small_motions()
-    with pytest.raises(ExportError, match="quadratic"):
-        system.export(tmp_path / "system.npz")
+    with pytest.raises(StructureError, match=r"Q of system 'alone'.*another one in 'duffing'"):
+        _ = system.Q
 
 
 @pytest.fixture
@@ -212,8 +214,126 @@ def test_held_by_a_multiplier(held):
     np.testing.assert_allclose(velocity["other.velocity[0]"], 3.0 * velocity["custom.z0[0]"], atol=1e-3)
 
 
-def test_a_start_that_violates_the_multiplier_is_refused(held):
-    x = held.start.x.copy()
-    x[held.state_names.index("custom.x0[0]")] = 1.0
-    with pytest.raises(ConstraintError, match="custom block"):
-        ph.simulate(held, 1.0, 0.1, start=ph.State(x, held.start.theta, held.start.points), inputs={"force": 0.0})
+def at(system, **values) -> ph.State:
+    x = system.start.x.copy()
+    for name, value in values.items():
+        x[system.state_names.index(name)] = value
+    return ph.State(x, system.start.theta, system.start.points)
+
+
+def test_a_start_that_violates_the_multiplier_is_projected_as_by_an_impulse(held):
+    """The gear turns 3 v1 = v2: the impulse is p on the first and -p/3 on the second, and H is least along it."""
+    start = at(held, **{"custom.x0[0]": 1.0, "other.velocity[0]": 0.5})
+    solution = ph.simulate(held, 1.0, 0.01, start=start, inputs={"force": 0.0})
+    p, v = (solution.state(name)[0] for name in ("custom.x0[0]", "other.velocity[0]"))
+    impulse = p - 1.0
+    assert 2.0 * (v - 0.5) == pytest.approx(-impulse / 3.0, abs=1e-14)
+    assert 3.0 * (p + p**3) == pytest.approx(v, abs=1e-13)
+
+    def energy(j):
+        a, b = 1.0 + j, 0.5 - j / 6.0
+        return a**2 / 2 + a**4 / 4 + b**2
+
+    assert energy(impulse) < min(energy(impulse - 1e-3), energy(impulse + 1e-3))
+    change = solution.statistics.start_energy_change
+    assert change == pytest.approx(energy(impulse) - energy(0.0), abs=1e-14)
+    assert change < 0.0
+    assert solution.max_power_balance_error < 1e-14
+
+
+def test_a_quadratic_energy_of_the_users_is_projected_like_a_mass():
+    p = sympy.Symbol("p")
+    port = {"mass": ph.SystemPort(LINE, (0,), "velocity")}
+    custom = ph.CustomBlock.from_sympy("mine", p**2 / 8, [p], G=[[1.0]], ports=port, start=[4.0])
+    matrices = ph.SystemBlock("mine", E=[[4.0]], J=[[0.0]], G=[[1.0]], ports=port, start=[1.0])
+    runs = []
+    for block in (custom, matrices):
+        d = ph.Diagram("geared")
+        d.add(block)
+        other, wall = (
+            d.add(ph.Capacitor("other", 2.0, domain=LINE, energy="kinetic")),
+            d.add(ph.Reference("wall", LINE)),
+        )
+        gear = d.add(ph.Transformer("gear", 3.0, LINE, LINE, multiplier=True))
+        d.connect(block["mass"], gear.first)
+        d.connect(gear.second, other.p)
+        d.connect(other.n, wall.port)
+        runs.append(ph.simulate(d.compile(), 0.1, 0.1))
+    one, two = (run.statistics.start_energy_change for run in runs)
+    assert one == pytest.approx(two, rel=1e-13)
+    assert runs[0].state("other.velocity[0]")[0] == pytest.approx(runs[1].state("other.velocity[0]")[0], rel=1e-13)
+
+
+def test_a_start_that_no_impulse_makes_consistent_is_refused():
+    """A momentum whose velocity stays below one, driven at two."""
+    d = ph.Diagram("slow")
+    p = sympy.Symbol("p")
+    block = ph.CustomBlock.from_sympy(
+        "light", sympy.sqrt(1 + p**2), [p], G=[[1.0]], ports={"mass": ph.SystemPort(LINE, (0,), "velocity")}
+    )
+    d.add(block)
+    gear = d.add(ph.Transformer("gear", 1.0, LINE, LINE, multiplier=True))
+    d.connect(block["mass"], gear.first)
+    d.expose(gear.second, "speed", imposes="velocity")
+    system = d.compile()
+    assert ph.simulate(system, 0.1, 0.1, inputs={"speed": 0.5}).state("light.x0[0]")[0] == pytest.approx(
+        0.5 / 0.75**0.5
+    )
+    with pytest.raises(ConstraintError, match="no impulses found"):
+        ph.simulate(system, 0.1, 0.1, inputs={"speed": 2.0})
+
+
+def vessel(**options) -> ph.CustomBlock:
+    """A gas over oil: 1e5 Pa at 2e-6 m^3 of 3e-6 m^3, with math's logarithm, which ends where the gas does."""
+    n, whole = 0.1, 3e-6  # J, m^3
+    given = {
+        "hamiltonian": lambda x: -n * math.log(whole - x[0]),
+        "gradient": lambda x: [n / (whole - x[0])],
+        "hessian": lambda x: [[n / (whole - x[0]) ** 2]],
+        "start": [2e-6],
+    }
+    return ph.CustomBlock("vessel", 1, **(given | options))
+
+
+def test_small_numbers_and_edges_are_no_mistakes():
+    assert vessel().gradient(np.array([2e-6]))[0] == pytest.approx(1e5)
+    vessel(start=[2.99999e-6])  # the step around it leaves the vessel
+    with pytest.raises(StructureError, match="gradient: expected the derivative of the hamiltonian"):
+        vessel(gradient=lambda x: [0.1001 / (3e-6 - x[0])])
+    with pytest.raises(StructureError, match="hessian: expected the derivative of the gradient"):
+        vessel(hessian=lambda x: [[0.1001 / (3e-6 - x[0]) ** 2]])
+
+
+def test_a_mistake_in_a_small_unit_beside_a_large_one_is_seen():
+    """Volumes of 1e-6 m^3 beside momenta of 1e3 N s."""
+    weight = np.array([1e12, 1e-6])
+    options = {"hamiltonian": lambda x: (weight * x * x).sum() / 2, "start": [1e-6, 1e3], "J": SKEW}
+    options |= {"gradient": lambda x: weight * x, "hessian": lambda x: np.diag(weight)}
+    ph.CustomBlock("both", 2, **options)
+    for wrong in ([1.001, 1.0], [1.0, 1.001]):
+        with pytest.raises(StructureError, match="gradient"):
+            ph.CustomBlock("both", 2, **(options | {"gradient": lambda x, wrong=wrong: wrong * weight * x}))
+        with pytest.raises(StructureError, match="hessian"):
+            ph.CustomBlock("both", 2, **(options | {"hessian": lambda x, wrong=wrong: np.diag(wrong * weight)}))
+
+
+@pytest.mark.parametrize("spring", [False, True])
+def test_a_pin_with_a_multiplier_beside_a_custom_block(spring):
+    """A bar pinned 0.5 m from its centre, moving at 1 m/s: it keeps (I + 0.25 m) w = 0.5 m v, whatever hangs on it."""
+    d = ph.Diagram("swing", gravity=(0.0, -9.81))
+    body = d.add(ph.RigidBody("bar", 2.0, 0.1, (0.5, 0.0), {"pin": (0.0, 0.0), "tip": (1.0, 0.0)}))
+    d.pin(body["pin"], d.ground, multiplier=True)
+    if spring:
+        a = sympy.symbols("a b")
+        energy = 30 * (a[0] ** 2 + a[1] ** 2) + 500 * (a[0] ** 2 + a[1] ** 2) ** 2
+        port = {"end": ph.SystemPort(ph.TRANSLATION, (0, 1), "force")}
+        block = d.add(ph.CustomBlock.from_sympy("tie", energy, a, G=np.eye(2), ports=port, start=[0.1, 0.0]))
+        d.connect(body["tip"].translation, block["end"])
+    system = d.compile()
+    start = system.rigid_motion(velocity=(0.0, 1.0), blocks=["bar"])
+    solution = ph.simulate(system, 1.0, 0.01, start=start)
+    spin = 0.5 * 2.0 / (0.1 + 0.25 * 2.0)
+    assert solution.statistics.start_energy_change == pytest.approx((0.1 + 0.5) * spin**2 / 2 - 1.0, rel=1e-12)
+    assert solution.max_power_balance_error < 1e-12 * np.abs(solution.energy.total).max()
+    if spring:  # it goes with the velocity of the tip, and pulls back
+        np.testing.assert_array_equal(solution.x[0][system.state_names.index("tie.x0[0]")], 0.1)

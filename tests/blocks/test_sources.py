@@ -69,6 +69,25 @@ def test_imposed_velocities_drive_a_beam(bar):
     assert [site.known for site in a.system.sites] == [True]
 
 
+def test_a_constant_angular_velocity_turns_a_beam(bar):
+    d = ph.Diagram("turned")
+    beam = d.add(ph.Beam("beam", bar, (0.0, 0.0), (1.0, 0.0), elements=2))
+    d.pin(beam.start, d.ground)
+    d.connect(d.add(ph.AngularVelocity("turn", 0.2)).port, beam.start.rotation)
+    system = d.compile()
+    solution = ph.simulate(system, t_end=0.5, dt=0.01, start=system.rigid_motion(spin=0.2))
+    assert solution.angle(beam.start)[-1] == pytest.approx(0.1, rel=1e-12)
+
+
+def test_a_constant_angular_velocity_turns_a_clamped_end(bar):
+    d = ph.Diagram("turned")
+    beam = d.add(ph.Beam("beam", bar, (0.0, 0.0), (1.0, 0.0), elements=2, causality="clamped-free"))
+    d.connect(beam.start.translation, d.ground.translation)
+    d.connect(d.add(ph.AngularVelocity("turn", 2.0)).port, beam.start.rotation)
+    solution = ph.simulate(d.compile(), t_end=0.2, dt=0.01)
+    assert solution.angle(beam.start)[-1] == pytest.approx(0.4, rel=1e-12)
+
+
 def test_names_of_sources_and_exposed_ports_are_one_list():
     d = ph.Diagram("names")
     body = d.add(ph.RigidBody("body", 2.0, 0.5, (0.0, 0.0)))

@@ -92,10 +92,7 @@ BROKEN = [
 
 EXPECTED = {
     "two_bodies_pinned": [({"a.right.translation = b.left.translation"}, 2, 0)],
-    "two_bodies_welded": [
-        ({"a.right.rotation = b.left.rotation"}, 2, 0),
-        ({"a.right.translation = b.left.translation"}, 2, 0),
-    ],
+    "two_bodies_welded": [({"a.right.translation = b.left.translation"}, 2, 0)],  # their angular velocity is shared
     "two_fixed_beams": [({"a.end.translation = b.start.translation"}, 2, 0)],
     "one_element": [
         ({"a.start.rotation = ground.anchor.rotation", "a.end.rotation"}, 1, 1),
@@ -130,9 +127,10 @@ def test_every_repair_checks_and_runs_with_energy_exact(make):
 
 def test_repairs_are_ranked_and_priced():
     first, *others = two_bodies_welded().check().repairs
-    assert first.what == "make one body of 'a' and 'b'" and first.cost.states == -3 and first.cost.index == 0
-    assert [r.cost.index for r in others] == [2]
-    (multiplier,) = two_bodies_pinned().check().repairs
+    assert first.what == "make one body of 'a' and 'b'" and first.cost.states == -2 and first.cost.index == 0
+    assert [(r.cost.index, r.cost.stiffness is None) for r in others] == [(0, False), (2, True)]
+    bushing, multiplier = two_bodies_pinned().check().repairs
+    assert bushing.cost.states == 4 and bushing.cost.index == 0
     assert multiplier.cost.states == 2 and multiplier.cost.index == 2
     assert "give beam 'a' two elements" in one_element().check().repairs[0].what
 

@@ -103,7 +103,7 @@ def test_damping_is_booked(run, scenes):
     system = scenes["free"].compile()
     rates = np.where([u in ("m/s", "rad/s") for u in system.state_units], 3.0, 0.0)
     R = sp.csr_array(sp.diags_array(rates * system.E.diagonal()))
-    damped = dataclasses.replace(system, R=R)
+    damped = dataclasses.replace(system, R0=R)
     solution = run("free", system=damped)
     z, _, dt = middles(solution)
     dissipated = np.cumsum(dt * np.einsum("ti,ij,tj->t", z, R.toarray(), z))

@@ -177,3 +177,21 @@ def test_midpoint_is_refused_by_name():
 def test_options_are_checked():
     with pytest.raises(ArgumentTypeError, match="DiscreteGradient newton"):
         ph.DiscreteGradient(newton="fast")
+
+
+def test_an_energy_that_overflows_where_newton_goes_is_no_warning():
+    """H = cosh(x) hit so hard that the first update leads to x = 3000: the step is halved until it succeeds."""
+    block = ph.CustomBlock(
+        "b",
+        2,
+        lambda x: np.cosh(x[0]) + 0.5 * x[1] ** 2,
+        lambda x: np.array([np.sinh(x[0]), x[1]]),
+        lambda x: np.diag([np.cosh(x[0]), 1.0]),
+        J=[[0.0, 1.0], [-1.0, 0.0]],
+        start=[0.0, 3000.0],
+    )
+    d = ph.Diagram()
+    d.add(block)
+    solution = ph.simulate(d.compile(), 2.0, 1.0, max_halvings=14)
+    assert solution.status.ok and solution.statistics.halvings > 0
+    assert np.ptp(solution.energy.total) < 1e-10 * solution.energy.total[0]

@@ -6,7 +6,7 @@ import pytest
 import phblocks as ph
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.solvers.linear import BandedSolver
-from phblocks.solvers.newton import Newton
+from phblocks.solvers.newton import ModifiedNewton, Newton
 
 
 class Equations:
@@ -121,6 +121,64 @@ def test_no_iterations_at_all(max_iterations):
         Newton(max_iterations=max_iterations)
 
 
+# A factor that is kept
+
+
+class Counting(Equations):
+    """Counts how often a Jacobian is asked for."""
+
+    def __init__(self, f, df, n: int = 3) -> None:
+        super().__init__(f, df, n)
+        self.residuals = 0
+
+    def residual(self, z: np.ndarray) -> np.ndarray:
+        self.residuals += 1
+        return self.f(z)
+
+
+def test_a_kept_factor_leads_to_the_same_root_with_fewer_jacobians():
+    equations = Counting(lambda z: z**2 - 2.0, lambda z: 2.0 * z)
+    solver = equations.solver()
+    z, iterations = ModifiedNewton().solve(equations, solver, np.full(3, 1.4), 2.5)
+    np.testing.assert_allclose(z, np.sqrt(2.0), rtol=1e-15)
+    assert equations.evaluations == 1 and equations.residuals == iterations - 1
+    near, again = ModifiedNewton().solve(equations, solver, np.full(3, 1.41), 2.5, kept=True)
+    np.testing.assert_allclose(near, np.sqrt(2.0), rtol=1e-15)
+    assert equations.evaluations == 2 and again <= iterations  # the old factor served the first iteration
+
+
+def test_a_factor_is_made_anew_where_convergence_slows():
+    equations = Counting(lambda z: z**3 - 20.0, lambda z: 3.0 * z**2)
+    z, iterations = ModifiedNewton(slow=0.1).solve(equations, equations.solver(), np.full(3, 1.5), 3.0)
+    np.testing.assert_allclose(z, 20.0 ** (1 / 3), rtol=1e-15)
+    assert 2 <= equations.evaluations < iterations
+
+
+def test_a_wrong_kept_factor_is_thrown_away():
+    equations = Counting(lambda z: z**2 - 2.0, lambda z: 2.0 * z)
+    solver = equations.solver()
+    solver.factorise(np.full(3, 1e-20))
+    z, _ = ModifiedNewton().solve(equations, solver, np.full(3, 1.4), 2.5, kept=True)
+    np.testing.assert_allclose(z, np.sqrt(2.0), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("f", "df"),
+    [(lambda z: z**2 + 1.0, lambda z: 2.0 * z), (lambda z: z**2, lambda z: 2.0 * z)],
+)
+def test_a_kept_factor_never_accepts_what_does_not_converge(f, df):
+    equations = Counting(f, df)
+    assert ModifiedNewton().solve(equations, equations.solver(), np.ones(3), 2.0)[0] is None
+
+
+@pytest.mark.parametrize("slow", [0.0, 1.0, -0.1, np.nan])
+def test_ratios_out_of_range(slow):
+    with pytest.raises(DataError, match="ModifiedNewton slow"):
+        ModifiedNewton(slow=slow)
+    with pytest.raises(ArgumentTypeError, match="ModifiedNewton slow"):
+        ModifiedNewton(slow=str(slow))
+
+
 # With a beam: a failed step is halved, counted and never accepted
 
 
@@ -177,3 +235,20 @@ def test_options_that_are_no_numbers(options):
 def test_a_method_needs_newton_options(newton):
     with pytest.raises(ArgumentTypeError, match="Midpoint"):
         ph.Midpoint(newton)
+
+
+def test_a_first_update_along_linear_directions_does_not_pass_for_convergence():
+    """A spring of free length 0 shortens a soft bar: the first update is large and linear, the second small.
+
+    Convergence taken from these two alone ends the first step with the balance off by 2e-11 of the energy.
+    """
+    d = ph.Diagram("collapse")
+    soft = ph.Section(axial=3e4, shear=1e4, bending=1.0, mass=0.02, rotary=1e-3)
+    bar = d.add(ph.Beam("bar", soft, (0.0, 0.0), (1.0, 0.0), elements=2))
+    spring = d.add(ph.Spring("spring", 8.6e4, (0.0, 0.0), (1.0, 0.0), free_length=0.0))
+    d.pin(d.ground, bar.start, spring.start)
+    d.pin(bar.end, spring.end)
+    d.expose(bar.end.translation, "push")
+    solution = ph.simulate(d.compile(), 8 * 1.2e-3, 1.2e-3, inputs={"push": (0.0, 1.0)})
+    assert solution.energy.total[0] == pytest.approx(4.3e4)
+    assert max(solution.power.block_errors.values()) <= 1e-14 * 4.3e4

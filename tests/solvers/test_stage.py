@@ -51,6 +51,13 @@ def test_the_residual_is_the_equation_of_motion(system, seed):
     np.testing.assert_allclose(residual, expected, atol=1e-12 * abs(expected).max())
 
 
+def test_the_residual_alone_is_the_same(system):
+    p = Problem(system)
+    z = p.stage.pack(p.z)
+    expected, _ = p.stage.evaluate(z)
+    np.testing.assert_allclose(p.stage.residual(z), expected, atol=1e-13 * abs(expected).max())
+
+
 def test_the_jacobian_is_its_derivative(system):
     p = Problem(system)
     z = p.stage.pack(p.z)

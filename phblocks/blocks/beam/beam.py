@@ -167,6 +167,17 @@ class Beam(Block):
             for load, port in zip(self.loads, self._load_ports.values(), strict=True)
         ]
 
+    def prefix(self, prefix: str) -> None:
+        """Put a prefix before the name of the beam and those of its loads.
+
+        Parameters
+        ----------
+        prefix : str
+            Of a copy in a diagram that is nested in another.
+        """
+        super().prefix(prefix)
+        self.loads = tuple(replace(load, name=prefix + load.name) for load in self.loads)
+
     def at(self, s: float) -> BlockPoint:
         """Name a point of the beam, for reading results.
 
@@ -200,7 +211,7 @@ class Beam(Block):
         choices = []
         for i, anchor in enumerate((self.start, self.end)):
             for port, fixed in zip(anchor.ports, self.ends[i] if self.ends else (None, None), strict=True):
-                choices.append(PortChoice(port, may_give=fixed is not False, may_take=fixed is not True))
+                choices.append(PortChoice(port, fixed is not False, fixed is not True, shares="anchor"))
         cost = 1.0 if self.elements > 1 else None
         ties = [
             Tie(a, b, cost, f"a switch of {a.domain.name} inside beam {self.name!r}")

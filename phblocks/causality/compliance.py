@@ -1,0 +1,237 @@
+"""How stiff a joint, or how heavy a point, must be to stand in for one without compliance or mass.
+
+What a port gives answers at once to what it takes: ``C = output E^-1 output^T`` is the velocity per impulse of a port
+that gives velocity (``1/m + arm^2/I`` across the arm of a rigid body), and the force per displacement of one that
+takes it (the stiffness of a spring). A stiffness k between two parts oscillates with ``sqrt(k (C_1 + C_2))``, a mass m
+between stiffnesses with ``sqrt((K_1 + K_2) / m)``. Suggested is what oscillates a decade above the fastest that the
+neighbours do already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import block_diag
+from scipy.sparse.linalg import splu
+
+from phblocks.blocks.block import Block
+from phblocks.blocks.form import AngleRows, Form, Piece
+from phblocks.causality.edits import Meeting
+from phblocks.frames import rotate
+from phblocks.network import Junction, Network
+from phblocks.ports import Anchor, Port
+from phblocks.triplets import Floats, Ints
+
+Forms = Callable[[Block], Form]
+
+#: How far above what is there already.
+DECADE = 10.0
+#: What is there if nothing says so, rad/s: fast for a mechanism. A decade above, the deflection under the own weight is
+#: g / (1000 rad/s)^2, a hundredth of a millimetre.
+SCALE = 100.0
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """What to put in, and the frequency it adds.
+
+    Parameters
+    ----------
+    value : float
+        Stiffness, N/m (N m/rad between ports of rotation), or mass, kg; rounded to three digits.
+    frequency : float
+        The highest that it adds with what is joined to it otherwise free, rad/s.
+    weights : numpy.ndarray
+        Of a stiffness: what ``value`` is multiplied by for each component, translation first, shape (components,).
+    """
+
+    value: float
+    frequency: float
+    weights: Floats
+
+
+def answer(network: Network, form: Form, ports: Sequence[Port]) -> Floats:
+    """Return what ports of a block give at once for a unit of what they take, ``output E^-1 output^T``.
+
+    Parameters
+    ----------
+    network : Network
+        For the components of space.
+    form : Form
+        Of the block.
+    ports : sequence of Port
+        Its ports.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (components, components), symmetric positive semidefinite, in the fixed frame at the start: velocity
+        per impulse (1/kg) where ports give velocity, force per displacement (N/m) where they take it.
+    """
+    output, E, stores = _stored(network, form, ports)
+    return np.asarray(output @ splu(E).solve(output.T)) if stores.size else np.zeros((len(output), len(output)))
+
+
+def _stored(network: Network, form: Form, ports: Sequence[Port]) -> tuple[Floats, sp.csc_array, Ints]:
+    """What ports give of the states with energy, in the fixed frame at the start, with E and the numbers of these."""
+    rows = []
+    for port in ports:
+        out = np.zeros((len(port.domain.components(network.space)), form.size))
+        for piece in form.ports[port.name].pieces:
+            out += _in_fixed_frame(form, port, piece)
+        rows.append(out)
+    output = np.concatenate(rows)
+    E = form.E.csr((form.size, form.size))
+    stores = np.flatnonzero(E.diagonal() > 0.0)
+    return output[:, stores], sp.csc_array(E[stores][:, stores]), stores
+
+
+def _in_fixed_frame(form: Form, port: Port, piece: Piece) -> Floats:
+    """What a piece gives at the start, shape (components, states)."""
+    if piece.line is not None:
+        assert form.start is not None
+        first = form.lines[piece.line].span
+        span = form.start[first : first + 2]
+        return np.outer(span / np.linalg.norm(span), piece.output.csr((1, form.size)).toarray())
+    if port.domain.turns_with != "translation":
+        return np.asarray(piece.output.csr((1, form.size)).toarray())
+    frame = piece.frame
+    if frame is None and port.anchor is not None:
+        frame = form.orientations.get(port.anchor.name)
+    anchor = frame if isinstance(frame, Anchor) else port.anchor
+    angle = anchor.angle if anchor else 0.0
+    if isinstance(frame, AngleRows):
+        angle = float(frame.reference[0])
+    return rotate(np.asarray(angle), piece.output.csr((2, form.size)).toarray().T).T
+
+
+def fastest_beside(network: Network, forms: Forms, blocks: Collection[Block], known: Collection[str]) -> float:
+    """Find the fastest oscillation of blocks against what is joined to them, or inside one of both.
+
+    Parameters
+    ----------
+    network : Network
+        The network.
+    forms : callable
+        From a block to its form.
+    blocks : collection of Block
+        The blocks.
+    known : collection of str
+        Names of the blocks that count; those that a repair has put in do not.
+
+    Returns
+    -------
+    float
+        The largest ``sqrt(C_giver C_taker)`` over their junctions, and the largest ``|J C| / |C|`` inside, in the norm
+        of energy, rad/s; zero if there is no stiffness.
+    """
+    fastest = 0.0
+    for junction in network.joined:
+        ports = [p for p in junction.ports if p.block.name in known]
+        if not any(p.block in blocks for p in ports):
+            continue
+        fastest = max([fastest, *(_inside(network, forms(p.block), p) for p in ports)])
+        tops = [(p, float(np.linalg.eigvalsh(answer(network, forms(p.block), [p]))[-1])) for p in ports]
+        for giver, inertia in tops:
+            for taker, stiffness in tops:
+                gives = [forms(p.block).ports[p.name].gives for p in (giver, taker)]
+                if gives == [True, False] and (giver.block in blocks or taker.block in blocks):
+                    fastest = max(fastest, inertia * stiffness)
+    return float(np.sqrt(max(fastest, 0.0)))
+
+
+def _inside(network: Network, form: Form, port: Port) -> float:
+    """Square of the frequency at which what a port moves at once passes its energy on inside the block."""
+    output, E, stores = _stored(network, form, [port])
+    if not stores.size:
+        return 0.0
+    factor = splu(E)
+    moved = factor.solve(output.T)
+    passed = form.J0.csr((form.size, form.size))[stores][:, stores] @ moved
+    energy, after = np.einsum("im,im->m", output.T, moved), np.einsum("im,im->m", passed, factor.solve(passed))
+    return float((after[energy > 0.0] / energy[energy > 0.0]).max(initial=0.0))
+
+
+def suggest_stiffness(network: Network, forms: Forms, meeting: Meeting, known: Collection[str]) -> Suggestion | None:
+    """Suggest the stiffness between parts that all give velocity.
+
+    The slowest oscillation it adds is a decade above the fastest of these parts against their neighbours
+    (:func:`fastest_beside`), or at 1000 rad/s if they have none with energy. Stiffness is the same in all directions;
+    that against turning, in a weld, is chosen so that it alone would add the same frequency.
+
+    Parameters
+    ----------
+    network : Network
+        The network.
+    forms : callable
+        From a block to its form.
+    meeting : Meeting
+        The parts.
+    known : collection of str
+        Names of the blocks that set the scale.
+
+    Returns
+    -------
+    Suggestion or None
+        With the highest frequency added, of the parts free otherwise; ``None`` if one of them has no inertia.
+    """
+    sides = [meeting.ports_of(p) for p in meeting.others]
+    others = [answer(network, forms(ports[0].block), ports) for ports in sides]
+    still = meeting.ports_of(meeting.hub)  # none of the outside, which does not give way
+    hub = answer(network, forms(still[0].block), still) if still else np.zeros_like(others[0])
+    compliance = np.kron(np.ones((len(others), len(others))), hub) + block_diag(*others)
+    first = len(sides[0][0].domain.components(network.space))
+    one = hub + others[0]
+    slow = float(np.linalg.eigvalsh(one[:first, :first])[0])
+    weights = np.ones(len(one))
+    if len(one) > first:
+        turning = float(np.linalg.eigvalsh(one[first:, first:])[0])
+        if not turning > 0.0:
+            return None
+        weights[first:] = _rounded(slow / turning)
+    root = np.tile(np.sqrt(weights), len(others))
+    values = np.linalg.eigvalsh(root[:, None] * compliance * root)
+    if not values[0] > 1e-12 * values[-1]:
+        return None
+    blocks = {port.block for ports in (still, *sides) for port in ports if not port.block.shared}
+    target = DECADE * (fastest_beside(network, forms, blocks, known) or SCALE)
+    stiffness = _rounded(target**2 / values[0])
+    return Suggestion(stiffness, float(np.sqrt(stiffness * values[-1])), weights)
+
+
+def suggest_mass(network: Network, forms: Forms, junction: Junction, known: Collection[str]) -> Suggestion | None:
+    """Suggest the mass of a point at which only parts without mass meet.
+
+    The frequency it adds along the stiffest direction, ``sqrt(K / m)`` with the other ends of these parts held, is a
+    decade above the fastest that they take part in already (:func:`fastest_beside`), or 1000 rad/s if there is none.
+
+    Parameters
+    ----------
+    network : Network
+        The network.
+    forms : callable
+        From a block to its form.
+    junction : Junction
+        Where they meet.
+    known : collection of str
+        Names of the blocks that set the scale.
+
+    Returns
+    -------
+    Suggestion or None
+        ``None`` if none of the parts has a stiffness.
+    """
+    stiffness = sum(answer(network, forms(p.block), [p]) for p in junction.ports)
+    top = float(np.linalg.eigvalsh(stiffness)[-1])
+    if not top > 0.0:
+        return None
+    fastest = fastest_beside(network, forms, {p.block for p in junction.ports}, known)
+    mass = _rounded(top / (DECADE * (fastest or SCALE)) ** 2)
+    return Suggestion(mass, float(np.sqrt(top / mass)), np.ones(1))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}")
