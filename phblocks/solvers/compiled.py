@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from phblocks.solvers.collocation import CollocationEquation, ModeSolver
-from phblocks.solvers.newton import ModifiedNewton, Newton
+from phblocks.solvers.newton import FAR, ModifiedNewton, Newton
 from phblocks.triplets import Floats
 
 if TYPE_CHECKING:
@@ -59,8 +59,7 @@ class CompiledNewton:
         n, stages = equation.n, equation.collocation.c.size
         self._matrices = equation.matrices
         self._sizes, self._line = equation.sizes, equation.line_arrays
-        parts, summed, _, _ = self._matrices
-        rows = parts[2].size - 1
+        rows = self._matrices[0][2].size - 1
         counts = rows, self._sizes[0], equation.system.n_features, equation.products, n
         self._work = tuple(np.zeros((count, kernels.LANES)) for count in counts)
         self._stages, self._z, self._change = stages, np.zeros((n, kernels.LANES)), np.zeros((n, stages))
@@ -92,36 +91,50 @@ class CompiledNewton:
         iterations : int
             Number of linear solves.
         """
-        kernels, newton = self._kernels, self._newton
-        z, progress, age, done = self._start(guess), np.array([0.0, 0.0, np.inf, size, size, float(kept)]), int(kept), 0
-        step = stage.step_arrays
+        newton, codes = self._newton, self._kernels
+        z, progress, done = self._start(guess), _fresh(size), 0
+        if kept:  # an old factor serves one iteration, if that does not lead far away
+            progress[5] = 1.0
+            how, done = self._iterate(progress, 1)
+            if how == codes.CONVERGED:
+                return self._stages_of(z), done
+            if how == codes.DIVERGED or progress[0] > FAR * float(np.linalg.norm(guess)):
+                z, progress = self._start(guess), _fresh(size)
         while done < newton.max_iterations:
-            if not age:
-                _, matrices = stage.evaluate(z[:, : self._stages].copy())
-                if not solver.factorise(matrices):
-                    return None, done + 1
-                progress[5] = 0.0
-            options = newton.tolerance, newton.slow, newton.max_iterations - done
-            equation = self._matrices, step, self._sizes, self._line, self._work
-            how, count = kernels.iterate(z, self._stages, equation, *solver.arrays, self._change, self._carrying, progress, options)
+            _, matrices = stage.evaluate(self._stages_of(z))
+            if not solver.factorise(matrices):
+                return None, done + 1
+            progress[5] = 0.0
+            how, count = self._iterate(progress, newton.max_iterations - done)
             done += count
-            if how == kernels.CONVERGED:
-                return z[:, : self._stages].copy(), done
-            if how == kernels.DIVERGED:
-                if not kept:
-                    return None, done
-                z, progress, kept = self._start(guess), np.array([0.0, 0.0, np.inf, size, size, 0.0]), False
-                age = 0
-                continue
-            if how == kernels.FLOOR:
-                whole = z[:, : self._stages].copy()
-                if np.linalg.norm(stage.residual(whole)) <= 1e3 * stage.round_off(whole):
-                    return whole, done
-                age = 0 if progress[2] > newton.slow else 1
-                continue
-            age = 0
+            if how == codes.CONVERGED:
+                return self._stages_of(z), done
+            if how == codes.DIVERGED:
+                return None, done
+            if how == codes.FLOOR:
+                found = self._stages_of(z)
+                if np.linalg.norm(stage.residual(found)) <= 1e3 * stage.round_off(found):
+                    return found, done
         return None, done
+
+    def _iterate(self, progress: Floats, most: int) -> tuple[int, int]:
+        """Iterate with the factor at hand; say how that ended, and after how many iterations."""
+        equation = self._matrices, self._equation.step_arrays, self._sizes, self._line, self._work
+        options = self._newton.tolerance, self._newton.slow, most
+        factors = self._solver.arrays
+        how, count = self._kernels.iterate(
+            self._z, self._stages, equation, *factors, self._change, self._carrying, progress, options
+        )
+        return int(how), int(count)
 
     def _start(self, guess: Floats) -> Floats:
         self._z[:, : self._stages] = guess
         return self._z
+
+    def _stages_of(self, z: Floats) -> Floats:
+        return z[:, : self._stages].copy()
+
+
+def _fresh(size: float) -> Floats:
+    """Progress before the first iteration."""
+    return np.array([0.0, 0.0, np.inf, size, size, 0.0])

@@ -17,9 +17,9 @@ Array = Any
 LANES = 4
 #: Room for stages: a sum over all of them is one vector operation, whatever their number up to this.
 LANES = 4
-#: How an iteration ended: at its goal, too slow for the kept factor, perhaps at the floor of round-off, at its limit,
-#: or at numbers that are not finite.
-CONVERGED, SLOW, FLOOR, LIMIT, DIVERGED = range(5)
+#: How an iteration ended: at its goal, too slow for its factor, with an update larger than the last one (which is
+#: undone), perhaps at the floor of round-off, at its limit, or at numbers that are not finite.
+CONVERGED, SLOW, GREW, FLOOR, LIMIT, DIVERGED = range(6)
 
 
 @njit(cache=True)
@@ -161,9 +161,9 @@ def iterate(
     progress: Array,
     options: Array,
 ) -> tuple[int, int]:
-    """Iterate with kept factors as ``ModifiedNewton`` does; return how it ended, and the number of iterations.
+    """Iterate with one factor as ``ModifiedNewton`` does; return how it ended, and the number of iterations.
 
-    ``progress`` is changed in place: change, change of unknowns with a rate, ratio, size, least size, age of the factor.
+    ``progress`` is changed in place: change, that of unknowns with a rate, ratio, size, least size, age of the factor.
     """
     matrices, step, sizes, line, work = equation
     tolerance, slow, limit = options
@@ -194,6 +194,9 @@ def iterate(
             return CONVERGED, iterations
         if ratio > 0.5 and now <= 1e-8 * progress[3]:
             return FLOOR, iterations
-        if ratio > slow and progress[5] > 1.0 and (ratio >= 1.0 or now * ratio**3 > goal):
+        if progress[5] > 1.0 and 1.0 <= ratio < np.inf:
+            z[:, :stages] += change
+            return GREW, iterations
+        if progress[5] > 1.0 and ratio > slow and now * ratio**3 > goal:
             return SLOW, iterations
     return LIMIT, iterations
