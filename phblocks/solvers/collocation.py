@@ -229,7 +229,8 @@ class CollocationEquation(StageEquation):
 
 
 def _arrays(matrix: sp.csr_array) -> Arrays:
-    return matrix.data, matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
+    # copies: SciPy sorts entries in place when it pleases
+    return matrix.data.copy(), matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
 
 
 @dataclass(frozen=True)
