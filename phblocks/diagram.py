@@ -26,7 +26,7 @@ from phblocks.errors import (
 )
 from phblocks.nesting import Nested, prefixed
 from phblocks.network import GAP_TOLERANCE, Junction, Network, call_site
-from phblocks.ports import Anchor, Exposure, Port
+from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
 from phblocks.space import PLANAR
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array
@@ -122,8 +122,7 @@ class Diagram:
                 fix="Make a block first; it has a name of its own.",
             )
         self._require_new([block.name], [e.name for e in block.exposures()])
-        self.network.blocks[block.name] = block
-        self.network.added[block.name] = f"add at {call_site()}"
+        self._put("add", block)
         return block
 
     def pin(self, *anchors: Anchor, multiplier: bool = False) -> None:
@@ -195,13 +194,16 @@ class Diagram:
         self._join("weld", [anchor.translation for anchor in anchors])
         self._join("weld", [anchor.rotation for anchor in anchors])
 
-    def connect(self, *ports: Port) -> None:
+    def connect(self, *ports: Port, apart: bool = False) -> None:
         """Join ports of one domain: the common quantity is the same, the summed one adds up to zero.
 
         Parameters
         ----------
         *ports : Port
             Two or more, such as ``beam.start.rotation``.
+        apart : bool, optional
+            Ports of translation may be in different places: they have the same velocity there, as the feet of a frame
+            that is shaken; the distances between them stay as they are.
 
         Raises
         ------
@@ -213,8 +215,10 @@ class Diagram:
             If the block of one of them is not in the diagram.
         ArgumentTypeError
             If one of them is not a port.
+        GapError
+            If ports of translation are not in the same place and ``apart`` is not set.
         """
-        self._join("connect", ports)
+        self._join("connect", ports, apart)
 
     def free(self, *places: Anchor | Port) -> None:
         """Declare that nothing is joined to ports, now or later: force and moment are zero there.
@@ -430,6 +434,10 @@ class Diagram:
                     fix=f"Choose another name than {', '.join(used)}.",
                 )
 
+    def _put(self, verb: str, block: Block) -> None:
+        self.network.blocks[block.name] = block
+        self.network.added[block.name] = f"{verb} at {call_site()}"
+
     def _hold(self, verb: str, anchors: Sequence[Anchor], turns: bool) -> None:
         """Join anchors by blocks with multipliers: a hub, and one joint to each of the others."""
         if len(anchors) < 2:
@@ -443,7 +451,8 @@ class Diagram:
             while name in self.network.blocks:
                 count += 1
                 name = f"{wanted} {count}"
-            joints.append(self.add(RigidJoint(name, turns)))
+            joints.append(RigidJoint(name, turns))
+            self._put(verb, joints[-1])
         self._join(verb, [hub.translation, *(joint.first for joint in joints)])
         for other, joint in zip(others, joints, strict=True):
             self._join(verb, [other.translation, joint.second])
@@ -452,7 +461,7 @@ class Diagram:
             for other, joint in zip(others, joints, strict=True):
                 self._join(verb, [other.rotation, joint.second_rotation])
 
-    def _join(self, verb: str, ports: Sequence[Port]) -> None:
+    def _join(self, verb: str, ports: Sequence[Port], apart: bool = False) -> None:
         for port in ports:
             self._require_port(verb, port)
         if len(ports) < 2:
@@ -467,6 +476,9 @@ class Diagram:
                     fix="Join ports of the same domain; weld() joins both ports of two anchors.",
                 )
         self._require_unused(ports)
+        if first.domain == TRANSLATION and not apart:
+            hint = "" if verb != "connect" else " Ports apart have the same velocity with connect(..., apart=True)."
+            _require_same_place(verb, [p.anchor for p in ports if p.anchor is not None], hint)
         self.network.join(Junction(tuple(ports), f"{verb} at {call_site()}"))
 
     def _require_port(self, verb: str, port: object) -> None:
@@ -519,17 +531,21 @@ class Diagram:
                     fix="Give anchors, not blocks.",
                 )
             self._require_member(anchor.block, anchor.path)
-        placed = [(a, a.position) for a in anchors if a.position is not None]
-        for anchor, position in placed[1:]:
-            first, here = placed[0]
-            distance = float(np.linalg.norm(position - here))
-            if distance > GAP_TOLERANCE * (1.0 + float(np.abs(here).max())):
-                raise GapError(
-                    f"{verb} {first.path} and {anchor.path}",
-                    expected="anchors in the same place",
-                    got=f"{here.tolist()} and {position.tolist()}, {distance:.6g} m apart",
-                    fix="Correct the coordinates.",
-                )
+        _require_same_place(verb, anchors)
+
+
+def _require_same_place(verb: str, anchors: Sequence[Anchor], hint: str = "") -> None:
+    placed = [(a, a.position) for a in anchors if a.position is not None]
+    for anchor, position in placed[1:]:
+        first, here = placed[0]
+        distance = float(np.linalg.norm(position - here))
+        if distance > GAP_TOLERANCE * (1.0 + float(np.abs(here).max())):
+            raise GapError(
+                f"{verb} {first.path} and {anchor.path}",
+                expected="anchors in the same place",
+                got=f"{here.tolist()} and {position.tolist()}, {distance:.6g} m apart",
+                fix="Correct the coordinates." + hint,
+            )
 
 
 def _acceleration(where: str, gravity: ArrayLike) -> Floats:

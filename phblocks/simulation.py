@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
-from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.errors import ArgumentTypeError, DataError, StructureError
 from phblocks.inputs import Drive, NotFinite
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
@@ -52,7 +52,8 @@ def simulate(
     of energy is in ``solution.statistics.start_energy_change``.
 
     A step that fails is repeated with half its length, and the halvings are counted; it is never accepted as it
-    is. If halving does not help, the run ends with a status that says so and with the results so far.
+    is. If halving does not help, the run ends with a status that says so and with the results so far. So it does in
+    front of a step in which a J(x) of the user's is not skew, or an R(x) not positive semidefinite.
 
     Parameters
     ----------
@@ -98,8 +99,6 @@ def simulate(
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError
         If the method does not keep the energy of the system.
-    StructureError
-        If a J(x) or R(x) of the user's is not skew, or not positive semidefinite, at a step.
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")
@@ -193,6 +192,8 @@ def _run(
                 t = at
         except NotFinite as error:
             status = Status.input_not_finite(error.time, error.name)
+        except StructureError as error:
+            status = Status.structure_lost(t, error)
         except StepFailed as error:
             status = Status.step_failed(error.time, error.dt, error.why)
     if not status.ok:

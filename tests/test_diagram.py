@@ -359,3 +359,33 @@ def test_expose_asks_the_junction_who_can_give():
         d.expose(a.end.translation, "joint")
         assert d.check().ok
         assert [i.imposed.name for i in d.compile().inputs] == [imposed] * 2
+
+
+def test_connect_asks_before_it_joins_what_is_apart():
+    d = ph.Diagram()
+    a, b = d.add(ph.Mass("a", 1.0, (0.0, 0.0))), d.add(ph.Mass("b", 1.0, (0.0, 3.0)))
+    s = d.add(ph.Spring("s", 1e3, (1.0, 0.0), (2.0, 0.0)))
+    with pytest.raises(GapError, match=r"connect a\.centre and s\.start.*1 m apart.*apart=True"):
+        d.connect(a.centre.translation, s.start.translation)
+    d.connect(a.centre.translation, b.centre.translation, apart=True)  # as if on one sledge
+    d.connect(d.add(ph.Force("push", (3.0, 0.0))).port, s.start.translation)  # a source is nowhere in particular
+    assert len(d.network.joined) == 2
+
+
+def test_one_source_shakes_both_feet(bar):
+    """The feet of a portal frame have the velocity of one source, and keep their distance."""
+    d = ph.Diagram("portal")
+    left = d.add(ph.Beam("left", bar, (0.0, 0.0), (0.0, 1.0), elements=2))
+    girder = d.add(ph.Beam("girder", bar, (0.0, 1.0), (1.0, 1.0), elements=2))
+    right = d.add(ph.Beam("right", bar, (1.0, 0.0), (1.0, 1.0), elements=2))
+    d.weld(left.end, girder.start)
+    d.weld(girder.end, right.end)
+    ground = d.add(ph.Velocity("quake", lambda t: (0.01 * math.sin(20.0 * t), 0.0)))
+    d.connect(ground.port, left.start.translation, right.start.translation, apart=True)
+    for foot in (left.start, right.start):
+        d.connect(foot.rotation, d.ground.rotation)
+    solution = ph.simulate(d.compile(), 0.2, 0.005)
+    places = [solution.position(foot) for foot in (left.start, right.start)]
+    np.testing.assert_allclose(places[1] - places[0], [[1.0, 0.0]] * len(solution.t), atol=1e-9)
+    assert places[0][-1, 0] == pytest.approx(0.01 * (1.0 - math.cos(4.0)) / 20.0, rel=1e-2)
+    assert solution.max_power_balance_error < 1e-9

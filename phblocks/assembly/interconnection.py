@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from phblocks.assembly.exchange import find_exchange
 from phblocks.assembly.layout import Layout, lay_out
 from phblocks.assembly.sharing import share
 from phblocks.assembly.sites import find_sites
@@ -26,6 +27,7 @@ from phblocks.ports import Exposure, Port
 from phblocks.system import (
     Angles,
     Connections,
+    Exchange,
     Lines,
     Part,
     Sharing,
@@ -53,8 +55,7 @@ class _Entries:
     K_u: list[Triplets] = field(default_factory=list)
     kinematics: list[Triplets] = field(default_factory=list)
     kinematics_u: list[Triplets] = field(default_factory=list)
-    names: list[tuple[str, str]] = field(default_factory=list)
-    blocks: list[tuple[int, int]] = field(default_factory=list)
+    pairs: list[tuple[Port, Port]] = field(default_factory=list)
     flows: list[list[Triplets]] = field(default_factory=list)
 
 
@@ -166,7 +167,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         lines=_lines(layout, joints, sharing, place, n_theta),
         kinematics=sharing.reduced(_features(Triplets.join(joints.kinematics, order=3), n_angles, 0), (0, 1)),
         kinematics_u=sharing.reduced(kinematics_u, (0,)).csr((n, m)),
-        connections=_connections(joints, n_angles, supply),
+        connections=_connections(layout, joints, n_angles, supply, find_exchange(layout, joints.pairs, place, n_theta)),
         sites=sites,
         guides=guides,
         anchor_angles=layout.anchor_angles(place),
@@ -264,8 +265,7 @@ def _exchange(layout: Layout, giver: Port, taker: Port, to: _Entries) -> None:
     ]
     if not flows:
         return  # one side has nothing to give: the ground's velocity is zero
-    to.names.append((giver.path, taker.path))
-    to.blocks.append((layout.block_number(giver.block.name), layout.block_number(taker.block.name)))
+    to.pairs.append((giver, taker))
     to.flows.append(flows)
     for entries in flows:
         to.K.append(entries.skew)
@@ -365,15 +365,18 @@ def _constant(entries: Triplets) -> tuple[Triplets, Triplets]:
     )
 
 
-def _connections(joints: _Entries, n_angles: int, supply: Triplets) -> Connections:
+def _connections(layout: Layout, joints: _Entries, n_angles: int, supply: Triplets, exchange: Exchange) -> Connections:
     parts = [part for flow in joints.flows for part in flow]
     sizes = [sum(part.values.size for part in flow) for flow in joints.flows]
     return Connections(
-        tuple(joints.names),
-        np.array(joints.blocks, dtype=np.int64).reshape(-1, 2),
+        tuple((giver.path, taker.path) for giver, taker in joints.pairs),
+        np.array([[layout.block_number(p.block.name) for p in pair] for pair in joints.pairs], dtype=np.int64).reshape(
+            -1, 2
+        ),
         np.repeat(np.arange(len(sizes)), sizes),
         _features(Triplets.join(parts, order=3), n_angles, len(joints.directions)),
         supply,
+        exchange,
     )
 
 

@@ -63,14 +63,17 @@ class _Place:
 
     anchors: list[tuple[Anchor, Floats]]
     paths: list[str]
+    made_by: dict[Anchor, str]
     ground: bool
     inputs: tuple[int, ...]
     imposed: int
 
     @classmethod
     def of(cls, layout: Layout, junctions: Iterable[Junction]) -> _Place:
-        ports = [port for junction in junctions for port in junction.ports]
-        imposed = [e for junction in junctions for e in junction.exposures if e.gives]
+        joined = list(junctions)
+        made_by = {port: junction.made_by for junction in joined for port in junction.ports}
+        ports = list(made_by)
+        imposed = [e for junction in joined for e in junction.exposures if e.gives]
         # springs and the like follow what they join; the ground is where it is needed
         anchors = dict.fromkeys(
             p.anchor
@@ -82,6 +85,7 @@ class _Place:
         return cls(
             [(a, a.position) for a in anchors if a.position is not None],
             [a.path for a in anchors],
+            {p.anchor: call for p, call in made_by.items() if p.anchor is not None},
             any(a.block.shared for a in anchors),
             tuple(range(first, first + layout.network.space.dimension)) if imposed else (),
             len(imposed),
@@ -122,7 +126,7 @@ def _start(block: str, place: _Place, given: Floats | None) -> Floats | None:
         distance = float(np.linalg.norm(position - given))
         if distance > GAP_TOLERANCE * (1.0 + float(np.abs(given).max())):
             raise GapError(
-                f"{block} and {anchor.path}",
+                f"{block} and {anchor.path} ({place.made_by[anchor]})",
                 expected=f"an anchor at {given.tolist()}, where {block} was put",
                 got=f"{position.tolist()}, {distance:.6g} m away",
                 fix="Correct the coordinates.",

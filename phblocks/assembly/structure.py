@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from phblocks.errors import StructureError
 from phblocks.system import System
 from phblocks.system.scaling import state_scale
+from phblocks.system.undetermined import made_by
 from phblocks.triplets import Ints
 
 TOLERANCE = 1e-12
@@ -48,12 +49,19 @@ def _require_small(system: System, name: str, what: str, defect: sp.csr_array, m
     bad = np.flatnonzero(~(np.abs(entries.data) <= TOLERANCE * size))
     if bad.size:
         i, j = (int(axis[bad[0]]) for axis in entries.coords)
+        where = dict.fromkeys(_told(system, state) for state in (i, j))
         raise StructureError(
             f"{name} of system {system.name!r}",
             expected=f"a {what} matrix",
             got=f"a defect of {entries.data[bad[0]]:.3g} at ({system.state_names[i]}, {system.state_names[j]})",
-            fix="Check the matrices of the block these states belong to.",
+            fix=f"Check the matrices of {' and '.join(where)}.",
         )
+
+
+def _told(system: System, state: int) -> str:
+    """The block of a state, and the call that added it."""
+    block = next((p.name for p in system.parts if system.state_names[state].startswith(f"{p.name}.")), "")
+    return f"{block!r}{made_by(system, block)}"
 
 
 def _require_definite(system: System, name: str, expected: str, matrix: sp.csr_array, used: Ints) -> None:
@@ -68,7 +76,7 @@ def _require_definite(system: System, name: str, expected: str, matrix: sp.csr_a
             f"{name} of system {system.name!r}",
             expected=f"a positive {expected} matrix, so positive diagonal entries",
             got=f"{diagonal[bad[0]]!r} at {system.state_names[bad[0]]}",
-            fix="Check the inertias, compliances and dampings of the block this state belongs to.",
+            fix=f"Check the inertias, compliances and dampings of {_told(system, int(bad[0]))}.",
         )
     if not used.size:
         return

@@ -250,6 +250,14 @@ class Block(ABC):
         """
         return None
 
+    @property
+    def coarsest(self) -> Block:
+        """The same part on the coarsest mesh: how stiff, heavy and fast it is as a whole, for repairs.
+
+        Ports and anchors have the same names. The block itself, unless it has a mesh.
+        """
+        return self
+
     def exposures(self) -> Sequence[Exposure]:
         """List the openings to the outside that the block brings along: those of a source, or of loads.
 

@@ -20,7 +20,7 @@ from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, Triplets
 
 #: What the direction of a slider is fixed to.
-Guide = Literal["fixed", "first"]
+GuideSide = Literal["fixed", "first"]
 
 
 class _Joint(Lumped):
@@ -150,7 +150,7 @@ class Slider(_Joint):
         name: str,
         direction: ArrayLike,
         turns: bool = True,
-        guide: Guide = "fixed",
+        guide: GuideSide = "fixed",
         start: ArrayLike | None = None,
         end: ArrayLike | None = None,
     ) -> None:

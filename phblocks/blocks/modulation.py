@@ -79,16 +79,51 @@ class Modulation:
         Raises
         ------
         StructureError
-            If J is not skew, or R not symmetric and positive semidefinite, with the state where that is so.
+            If they are not finite, J is not skew, or R not symmetric and positive semidefinite, with the state where
+            that is so.
         """
-        J = np.stack([self.interconnection(row) for row in x])
-        R = np.stack([self.dissipation(row) for row in x])
+        with np.errstate(all="ignore"):  # what is not finite is said below
+            J = np.stack([self.interconnection(row) for row in x])
+            R = np.stack([self.dissipation(row) for row in x])
         turned = (0, 2, 1)
+        self._require_finite(x, 0, J)
+        self._require_finite(x, 1, R)
         self._require(x, 0, "a skew matrix", np.abs(J + J.transpose(turned)), J)
         self._require(x, 1, "a symmetric matrix", np.abs(R - R.transpose(turned)), R)
-        least = np.linalg.eigvalsh(np.where(np.isfinite(R), R, 0.0))[:, :1, None]
+        least = np.linalg.eigvalsh(R)[:, :1, None]
         self._require(x, 1, "a positive semidefinite matrix", np.maximum(-least, 0.0), R)
         return J, R
+
+    def undefined(self, x: Floats) -> str:
+        """Say which matrix, or whether a derivative, is not finite at a state.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Energy variables, shape (k,).
+
+        Returns
+        -------
+        str
+            Block, matrix and state; empty if all are finite.
+        """
+        with np.errstate(all="ignore"):
+            for name, function in zip(self.names, (self.interconnection, self.dissipation), strict=True):
+                if not np.isfinite(function(x)).all():
+                    return f"{self.where} {name}(x) is not finite at x = {x.tolist()}"
+            if not np.isfinite(self.slope(x)).all():
+                return f"{self.where} derivative of {' - '.join(self.names)} is not finite at x = {x.tolist()}"
+        return ""
+
+    def _require_finite(self, x: Floats, which: int, matrix: Floats) -> None:
+        bad = np.flatnonzero(~np.isfinite(matrix).all(axis=(1, 2)))
+        if bad.size:
+            raise StructureError(
+                f"{self.where} {self.names[which]}(x)",
+                expected="finite numbers",
+                got=f"{matrix[bad[0]].tolist()} at x = {x[bad[0]].tolist()}",
+                fix="Correct the function, or keep the motion where it is defined.",
+            )
 
     def _require(self, x: Floats, which: int, expected: str, defect: Floats, matrix: Floats) -> None:
         worst = defect.max(axis=(1, 2))
@@ -172,20 +207,22 @@ class StateMatrix:
             return _shaped(f"derivative of {self._where}", self._derivative(x), (*self._shape, x.size))
         return self.differences(x)
 
-    def differences(self, x: Floats) -> Floats:
+    def differences(self, x: Floats, factor: float = 1.0) -> Floats:
         """Approximate the derivative by central differences.
 
         Parameters
         ----------
         x : numpy.ndarray
             Energy variables, shape (k,).
+        factor : float, optional
+            On the step.
 
         Returns
         -------
         numpy.ndarray
             Shape (rows, columns, k).
         """
-        step = float(np.cbrt(np.finfo(float).eps)) * typical(x, self._size)
+        step = factor * float(np.cbrt(np.finfo(float).eps)) * typical(x, self._size)
         columns = []
         for k, h in enumerate(step):
             ends = np.stack([x, x])

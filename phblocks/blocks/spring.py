@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from phblocks.blocks.block import Block, PortChoice, Replacement, Tie
-from phblocks.blocks.checks import require_point, require_positive
+from phblocks.blocks.checks import require_not_negative, require_point, require_positive
 from phblocks.blocks.form import CONFIGURATION, FIXED, NO_ENERGY, Form, LineForm, Piece, PortForm, StateRun
 from phblocks.ports import Anchor, Port
 from phblocks.space import PLANAR, Space
@@ -121,7 +121,7 @@ class Spring(Line):
     start, end : array_like
         Initial places of the two ends, shape (2,), m.
     free_length : float, optional
-        Length at zero force, m; the initial distance by default.
+        Length at zero force, m, zero or more; the initial distance by default.
 
     Raises
     ------
@@ -138,8 +138,8 @@ class Spring(Line):
         self.stiffness = require_positive(f"Spring {name!r} stiffness", stiffness)
         length = float(np.hypot(*self.span))
         self.free_length = length if free_length is None else free_length
-        if free_length is not None and free_length != 0.0:
-            require_positive(f"Spring {name!r} free_length", free_length)
+        if free_length is not None:
+            require_not_negative(f"Spring {name!r} free_length", free_length)
 
     def in_series_with(self, other: Block, name: str, inner: tuple[Port, Port]) -> Replacement | None:
         """Make one spring of this one and another in series: ``1/k = 1/k_1 + 1/k_2``, free lengths added.

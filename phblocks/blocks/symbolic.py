@@ -3,11 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from phblocks.errors import ArgumentTypeError, DataError
 
 Function = Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A function of an expression, or of a derivative of one; it needs no check by differences.
+
+    Parameters
+    ----------
+    function : callable
+        Of an array of the variables.
+    """
+
+    function: Function
+
+    def __call__(self, x: Any) -> Any:
+        """Evaluate.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            The variables.
+
+        Returns
+        -------
+        float or list
+            The value.
+        """
+        return self.function(x)
 
 
 def require_symbols(where: str, variables: Sequence[Any]) -> list[Any]:
@@ -69,9 +98,9 @@ def energy_of(where: str, expression: Any, x: Sequence[Any]) -> tuple[Function, 
     _require_known(where, expression, x)
     slopes = [expression.diff(a) for a in x]
     return (
-        _function(x, expression),
-        _function(x, slopes),
-        _function(x, [[slope.diff(b) for b in x] for slope in slopes]),
+        Derived(_function(x, expression)),
+        Derived(_function(x, slopes)),
+        Derived(_function(x, [[slope.diff(b) for b in x] for slope in slopes])),
     )
 
 

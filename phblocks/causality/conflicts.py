@@ -261,10 +261,10 @@ def _advice(problem: Problem, blame: int, ties: Sequence[Tie]) -> str:
     if not able:
         names = [p.path for p in junction.ports]
         if len(names) == 1 and not junction.exposures:
-            return (
-                f"{names[0]} takes {common} and nothing gives it: join it, attach it to the ground, "
-                f'expose it with imposes="{common}", or let its block choose (causality="auto").'
-            )
+            ways = ["join it", *(["attach it to the ground"] if junction.domain.turns_with else [])]
+            ways.append(f'expose it with imposes="{common}"')
+            ways += [other.what for other in junction.ports[0].block.alternatives()[:1]]
+            return f"{names[0]} takes {common} and nothing gives it: {', '.join(ways[:-1])}, or {ways[-1]}."
         pushed = [f" Or let outside {e.name!r} impose {common}." for e in junction.exposures]
         return f'Let one of {", ".join(names)} give {common} (for a beam: causality="auto").' + "".join(pushed)
     imposed = [f"outside {e.name!r}" for e in junction.exposures if e.gives]

@@ -189,10 +189,15 @@ def mounted(network: Network, meeting: Meeting, make: Callable[[str], Block]) ->
     Returns
     -------
     Network
-        A new one, with such a block for each part but the hub.
+        A new one, with such a block for each part but the hub. Ports that take stay with the hub, or, if that is the
+        ground or the outside, with the first of the other parts: what acts on that part goes through its joint.
     """
     junctions = [j for j in (meeting.joint, meeting.weld) if j is not None]
     sites = {j.ports: j for j in junctions}
+    gone = {q for p in meeting.others for q in meeting.ports_of(p)}
+    moves = isinstance(meeting.hub, Port) and not meeting.hub.block.shared
+    kept = {*gone, *(meeting.ports_of(meeting.hub) if isinstance(meeting.hub, Port) else ())}
+    takers = {j: [p for p in j.ports if p not in kept] for j in junctions}
     result = _rejoined(network, [j for j in network.joined if j.ports not in sites])
     at_hub: dict[Junction, list[Port]] = {j: [] for j in junctions}
     for junction, port in zip(junctions, meeting.ports_of(meeting.hub), strict=False):
@@ -208,14 +213,14 @@ def mounted(network: Network, meeting: Meeting, make: Callable[[str], Block]) ->
             first, second = (p for p in free if p.domain == junction.domain)
             del free[first], free[second]
             at_hub[junction].append(first)
-            result.join(Junction((port, second), junction.made_by))
+            hanging = takers[junction] if not moves and other is meeting.others[0] else ()
+            result.join(Junction((port, second, *hanging), junction.made_by))
         if free:
             result.join(Junction((_still(network), *free), meeting.joint.made_by))
-    gone = {q for p in meeting.others for q in meeting.ports_of(p)}
     for junction, hung in at_hub.items():
-        takers = [p for p in junction.ports if p not in gone and p not in hung]
-        if len(hung) + len(takers) > 1:
-            result.join(Junction((*hung, *takers), junction.made_by))
+        at = [*hung, *(takers[junction] if moves else ())]
+        if len(at) > 1:
+            result.join(Junction(tuple(at), junction.made_by))
     result.exposed = [
         replace(e, port=at_hub[meeting.joint][0]) if e == meeting.hub and e.port in gone else e for e in result.exposed
     ]
@@ -225,6 +230,32 @@ def mounted(network: Network, meeting: Meeting, make: Callable[[str], Block]) ->
 def _still(network: Network) -> Port:
     """The rotation of the ground."""
     return next(p for b in network.blocks.values() if b.shared for p in b.ports.values() if p.domain is ROTATION)
+
+
+def grounded(network: Network, path: str) -> Network | None:
+    """Attach a loose port to the ground.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    path : str
+        Of the port: it is found by name, since another change may have put another block in the place of its own.
+
+    Returns
+    -------
+    Network or None
+        A new one; ``None`` if the port is not loose, may give by itself, or the ground has no port of its domain.
+    """
+    junction = next((j for j in network.junctions() if [p.path for p in j.ports] == [path]), None)
+    if junction is None or any(c.may_give for p in junction.ports for c in p.block.choices()[0] if c.port is p):
+        return None
+    grounds = [p for b in network.blocks.values() if b.shared for p in b.ports.values() if p.domain == junction.domain]
+    if not grounds:
+        return None
+    result = _rejoined(network, [j for j in network.joined if j.ports != junction.ports])
+    result.join(Junction((*junction.ports, grounds[0]), junction.made_by))
+    return result
 
 
 def _rejoined(network: Network, joined: Iterable[Junction]) -> Network:
@@ -296,9 +327,11 @@ def off_the_ground(network: Network, ports: Collection[Port]) -> Network:
     Returns
     -------
     Network
-        A new one, where the other ports are still joined to each other.
+        A new one, where the other ports are still joined to each other; the same if the junction is not there.
     """
-    junction = next(j for j in network.joined if set(j.ports) == set(ports))
+    junction = _junction(network, ports)
+    if junction is None:
+        return network
     left = tuple(p for p in junction.ports if not p.block.shared)
     result = _rejoined(network, [other for other in network.joined if other is not junction])
     if len(left) > 1:
@@ -323,13 +356,21 @@ def hung_on(network: Network, ports: Collection[Port], block: Block, port: Port)
     Returns
     -------
     Network
-        A new one.
+        A new one; the same if the junction is not there.
     """
-    junction = next(j for j in network.joined if set(j.ports) == set(ports))
+    junction = _junction(network, ports)
+    if junction is None:
+        return network
     more = Junction((*junction.ports, port), junction.made_by)
     result = _rejoined(network, [more if other is junction else other for other in network.joined])
     result.blocks[block.name], result.added[block.name] = block, junction.made_by
     return result
+
+
+def _junction(network: Network, ports: Collection[Port]) -> Junction | None:
+    """The junction of ports of these names: another change may have put other blocks in the place of theirs."""
+    paths = {p.path for p in ports}
+    return next((j for j in network.joined if {p.path for p in j.ports} == paths), None)
 
 
 def _only_gives(port: Port) -> bool:

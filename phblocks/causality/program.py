@@ -1,4 +1,4 @@
-"""What propagation leaves open: the choice with the fewest switches, and among those with the fewest states.
+"""What propagation leaves open: the choice of the least cost, one a switch, less a part of it for states shared.
 
 Where every open port has at most one tie, as the ends of beams, the choice is a matching: a tie whose two ports both
 give serves two junctions at no cost, every junction left over takes its cheapest other giver. That is solved exactly
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from phblocks.causality.problem import Problem
+from phblocks.causality.search import TeamSearch
 from phblocks.causality.teams import give_together
 from phblocks.triplets import Floats, Triplets
 
@@ -20,6 +21,8 @@ from phblocks.triplets import Floats, Triplets
 NEVER = 1e6
 #: What a port saves that gives what another gives already, being the same states; a switch costs one.
 SAVING = 0.4
+#: Ports up to which the cheapest choice is proven to be that where ports can give together.
+PROVEN = 40
 #: Nodes of the search for the fewest unsatisfied junctions, which needs no proof of being the fewest.
 NODES = 2000
 
@@ -32,12 +35,12 @@ class Choice:
     ----------
     gives : mapping of int to bool
         For each open port.
-    cost : float
-        Of the switches, less what sharing saves.
+    proven : bool, optional
+        There is none of less cost.
     """
 
     gives: Mapping[int, bool]
-    cost: float
+    proven: bool = True
 
 
 def choose(problem: Problem, values: Sequence[bool | None], open_: Collection[int]) -> Choice | None:
@@ -61,8 +64,8 @@ def choose(problem: Problem, values: Sequence[bool | None], open_: Collection[in
     together = give_together(problem, values, sorted(open_))
     ports = [p for p in sorted(open_) if values[p] is None]
     if len(ports) < len(open_):
-        rest = _choose(problem, values, ports) if ports else Choice({}, 0.0)
-        return rest and Choice({**rest.gives, **together}, rest.cost)
+        rest = _choose(problem, values, ports) if ports else Choice({})
+        return rest and Choice({**rest.gives, **together}, rest.proven)
     return _choose(problem, values, ports)
 
 
@@ -71,11 +74,24 @@ def _choose(problem: Problem, values: Sequence[bool | None], ports: Sequence[int
     ties = sorted({t for p in ports for t in problem.ties_of[p] if problem.ties[t].cost != 0.0})
     simple = all(len(problem.junctions_of[p]) == 1 for p in ports)
     simple &= not any(problem.ties[t].opposite for t in ties)
-    simple &= not any(p in problem.teams[j] for p in ports for j in problem.junctions_of[p])
     simple &= all(sum(problem.ties[t].cost != 0.0 for t in problem.ties_of[p]) <= 1 for p in ports)
-    if not simple:
+    teams = any(p in problem.teams[j] for p in ports for j in problem.junctions_of[p])
+    if not simple or (teams and len(ports) <= PROVEN):
         return solve(problem, values, ports)
-    return _match(problem, values, here, ties)
+    if not teams:
+        return _match(problem, values, here, ties)
+    search = TeamSearch(problem, values, ports, SAVING, NEVER)
+    served = {j for p in ports for j in problem.junctions_of[p] if any(values[q] for q in problem.members[j])}
+    held = list(values)
+    for p in ports:
+        if problem.junctions_of[p][0] in served:
+            held[p] = False
+    rest = {p for p in ports if held[p] is None}
+    tied = sorted({t for p in rest for t in problem.ties_of[p] if problem.ties[t].cost != 0.0})
+    alone = _match(problem, held, rest, tied) if rest else None
+    starts = [{}] if alone is None else [alone.gives, {}]
+    cost, gives = min((search.improved(search.from_givers(start)) for start in starts), key=lambda found: found[0])
+    return Choice(gives, proven=False) if cost < 0.5 * NEVER else solve(problem, values, ports)
 
 
 def _match(problem: Problem, values: Sequence[bool | None], here: set[int], ties: Sequence[int]) -> Choice | None:
@@ -113,7 +129,7 @@ def _match(problem: Problem, values: Sequence[bool | None], here: set[int], ties
         if j not in matched:
             gives[p] = True
             cost += price
-    return Choice(gives, cost) if cost < 0.5 * NEVER else None
+    return Choice(gives) if cost < 0.5 * NEVER else None
 
 
 def _matching(pairs: Sequence[tuple[int, int]], price: Mapping[int, float]) -> set[frozenset[int]]:
@@ -217,8 +233,7 @@ def solve(
     found = program.solved(NODES if violations else None)
     if found is None:
         return None
-    gives_of = {p: bool(found[i] > 0.5) for p, i in column.items()}
-    return Choice(gives_of, float(np.array(program.price) @ found))
+    return Choice({p: bool(found[i] > 0.5) for p, i in column.items()})
 
 
 class _Program:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from phblocks.causality.steps import Step, steps_alike, steps_for
+from phblocks.causality.wording import enumerated
 from phblocks.network import Network
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ class Cost:
     mass : float or None
         Mass added, kg; ``None`` if the parts weigh what they did.
     demands : int
-        How many of the user's requirements are given up: openings left out or turned round, attachments undone.
+        How many of the user's requirements are given up: openings left out or turned round, attachments undone;
+        or of ours made: a loose end attached to the ground.
     """
 
     states: int
@@ -109,7 +111,7 @@ def find_repairs(report: CausalityReport) -> tuple[Repair, ...]:
     """
     if report.ok:
         return ()
-    found: dict[str, Repair] = {}
+    found: dict[tuple[str, ...], Repair] = {}
     known = frozenset(report.network.blocks)
     for step in steps_for(report, known):
         steps = _completed(report, step, known)
@@ -125,9 +127,14 @@ def find_repairs(report: CausalityReport) -> tuple[Repair, ...]:
             mass=max((s.mass for s in steps if s.mass is not None), default=None),
             demands=sum(s.demands for s in steps),
         )
-        what = ", and ".join(s.what for s in steps)
-        found.setdefault(what, Repair(what, cost, _all_of(steps)))
+        found.setdefault(tuple(s.what for s in steps), Repair(_told(steps), cost, _all_of(steps)))
     return tuple(sorted(found.values(), key=_rank))
+
+
+def _told(steps: Sequence[Step]) -> str:
+    """All steps in words; of many of one kind the first."""
+    kinds = dict.fromkeys(s.kind for s in steps)
+    return ", and ".join(enumerated([s.what for s in steps if s.kind == k], ", and ", "of the kind") for k in kinds)
 
 
 def _rank(repair: Repair) -> tuple[float | str, ...]:

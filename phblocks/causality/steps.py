@@ -21,6 +21,7 @@ from phblocks.causality.compliance import Forms, suggest_mass, suggest_stiffness
 from phblocks.causality.conflicts import Conflict
 from phblocks.causality.edits import (
     Meeting,
+    grounded,
     hung_on,
     merged,
     mounted,
@@ -29,6 +30,7 @@ from phblocks.causality.edits import (
     turned_round,
     without_opening,
 )
+from phblocks.causality.wording import enumerated
 from phblocks.network import Network
 from phblocks.ports import ROTATION, TRANSLATION, Port
 
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 #: Changes tried for one conflict.
 TRIES = 16
 #: Kinds of changes that only add: many can be made at once, one for each conflict.
-ADDITIVE = {"compliance", "mass", "multiplier"}
+ADDITIVE = {"compliance", "mass", "multiplier", "ground"}
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,7 @@ def _kinds(
         "mass": lambda: _masses(network, forms, conflict, known),
         "multiplier": lambda: _multipliers(network, conflict),
         "opening": lambda: _openings(network, conflict),
+        "ground": lambda: _groundings(network, conflict),
     }
 
 
@@ -140,10 +143,15 @@ def _forms(report: CausalityReport) -> Forms:
     """From a block to its form, made when it is first asked for."""
 
     @cache
-    def form(block: Block) -> Form:
+    def meshed(block: Block) -> Form:
         return block.form(report.gives(block.name))
 
-    return form
+    @cache
+    def coarsest(block: Block) -> Form:
+        coarse = block.coarsest
+        return meshed(block) if coarse is block else coarse.form(report.gives(block.name))
+
+    return Forms(meshed, coarsest)
 
 
 def _alternatives(conflict: Conflict) -> Iterator[Step]:
@@ -185,8 +193,10 @@ def _meetings(network: Network, conflict: Conflict) -> Iterator[tuple[Meeting, C
         ports = junction.ports
         if places & {p for p in ports if not p.block.shared} and (meeting := Meeting.of(network, ports)) is not None:
 
-            def again(network: Network, ports: tuple[Port, ...] = ports) -> Meeting | None:
-                return Meeting.of(network, ports)
+            def again(network: Network, paths: frozenset[str] = frozenset(p.path for p in ports)) -> Meeting | None:
+                # by name: a step before may have put other blocks in the place of these
+                here = (j.ports for j in network.junctions() if {p.path for p in j.ports} == paths)
+                return next((m for ports in here if (m := Meeting.of(network, ports)) is not None), None)
 
             yield meeting, again
 
@@ -216,11 +226,14 @@ def _compliances(network: Network, forms: Forms, conflict: Conflict, known: Coll
         size = f"{found.value:.3g} {unit}"
         if found.weights.size == 3:
             size += f" and {stiffness[2]:.3g} N m/rad"
-        names = " and ".join(
+        hub, *names = [
             (p.anchor or p).path if isinstance(p, Port) else f"outside {p.name!r}"
             for p in (meeting.hub, *meeting.others)
-        )
-        what = f"put a {kind} of {size} between {names}"
+        ]
+        what = f"put a {kind} of {size} between {hub} and {names[0]}"
+        if len(names) > 1:
+            each = enumerated(names, ", ", "parts")
+            what = f"put {len(names)} {kind}s of {size}, one between {hub} and each of {each}"
         yield Step("compliance", what, soften, meeting.joint.ports, stiffness=found.value, frequency=found.frequency)
 
 
@@ -263,9 +276,23 @@ def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
 
             return mounted(network, meeting, make)
 
-        names = ", ".join(sorted(set(meeting.names)))
+        names = enumerated(sorted(set(meeting.names)), ", ", "parts")
         what = f"hold {names} together by a multiplier (multiplier=True)"
         yield Step("multiplier", what, hold, meeting.joint.ports, index=2)
+
+
+def _groundings(network: Network, conflict: Conflict) -> Iterator[Step]:
+    """The ground for a loose end of a mechanical part that can only take: a demand that nobody made."""
+    junction = conflict.junction
+    alone = len(junction.ports) == 1 and not junction.exposures and junction.domain.turns_with is not None
+    if not alone or grounded(network, junction.ports[0].path) is None:
+        return
+    path = junction.ports[0].path
+
+    def change(network: Network) -> Network:
+        return grounded(network, path) or network
+
+    yield Step("ground", f"attach {path} to the ground", change, junction.ports, demands=1)
 
 
 def _openings(network: Network, conflict: Conflict) -> Iterator[Step]:

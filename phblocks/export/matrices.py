@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -172,6 +172,55 @@ class Matrices:
         for key in ("x0", "f0", "state_positions"):
             _set(self, key, _vector(f"{where}: {key}", getattr(self, key), n, gaps=key == "state_positions"))
         self._check_tangent(f"{where}: tangent", m)
+
+    def with_states(self, change: ArrayLike, names: Iterable[str], units: Iterable[str]) -> Matrices:
+        """Write the same system in other states, linear combinations of these.
+
+        With ``x_new = T x``: ``E = T E T^-1``, ``J = T J T^T``, R likewise, ``Q = T^-T Q T^-1``, ``G = T G``, P and f0
+        likewise; inputs, outputs and the energy stay as they are.
+
+        Parameters
+        ----------
+        change : array_like
+            T, shape (n, n), invertible; a permutation only changes the order.
+        names, units : iterable of str
+            Of the new states, n of each.
+
+        Returns
+        -------
+        Matrices
+            Without a tangent, and with places of states only where T is a permutation.
+
+        Raises
+        ------
+        DataError
+            If the change is not an invertible matrix of finite numbers of this shape, or n names are not given.
+        ArgumentTypeError
+            If names are not strings.
+        """
+        where = f"matrices of {self.name!r}: change"
+        n = self.E.shape[0]
+        T = _sparse(where, change, (n, n)).toarray()
+        if n and np.linalg.matrix_rank(T / np.maximum(np.abs(T).max(axis=1, keepdims=True), 1e-300)) < n:
+            raise DataError(where, expected="an invertible matrix", got="a singular one", fix="Give n new states.")
+        back = np.linalg.inv(T)
+        order = np.abs(T).argmax(axis=1) if n else np.empty(0, dtype=np.int64)
+        permutation = bool((np.eye(n)[order] == T).all())
+        return replace(
+            self,
+            E=T @ self.E @ back,
+            J=T @ self.J @ T.T,
+            R=T @ self.R @ T.T,
+            Q=back.T @ self.Q @ back,
+            G=T @ self.G,
+            P=T @ self.P,
+            x0=T @ self.x0,
+            f0=T @ self.f0,
+            state_names=tuple(names),
+            state_units=tuple(units),
+            state_positions=self.state_positions[order] if permutation else np.full(n, np.nan),
+            tangent=None,
+        )
 
     def _check_tangent(self, where: str, n_inputs: int) -> None:
         if self.tangent is None:

@@ -16,6 +16,11 @@ from phblocks.triplets import Floats
 class PowerLedger:
     """Energies exchanged since the start, at the saved times.
 
+    What is tested, in every step: the balance of each block against what its ports, inputs and losses say; and across
+    each connection what the matrices carry against force times velocity at the ports. Blocks that share states
+    (``system.sharing``) have no ports between them: what passes from one to another is *defined* as what each of them
+    misses otherwise, so that the balance of one says nothing, and only that of all that share is tested.
+
     Parameters
     ----------
     system : System
@@ -47,7 +52,8 @@ class PowerLedger:
         """For each block stored, gravity, received (from blocks), supplied (from outside), dissipated.
 
         Each of shape (times,), J, as changes since the start; for every block
-        ``stored + gravity = received + supplied - dissipated``.
+        ``stored + gravity = received + supplied - dissipated``. For blocks that share states this defines the part of
+        received that passes through them.
         """
         ledger = self.recording.ledger
         stored = ledger.stored.sum(axis=2)
@@ -67,19 +73,25 @@ class PowerLedger:
 
     @property
     def block_errors(self) -> Mapping[str, float]:
-        """Largest residual of the balance of each block in any step, J."""
+        """Largest residual of a balance in any step, J: of each block, or of all blocks that share states together.
+
+        The latter are named ``"left + right"``.
+        """
         errors = self.recording.ledger.block_error
-        return {part.name: float(errors[i]) for i, part in enumerate(self.system.parts)}
+        return {name: float(errors[members[0]]) for name, members in self._balances.items()}
 
     @property
     def connection_errors(self) -> Mapping[tuple[str, str], float]:
-        """Largest sum of the energies on both sides of each connection in any step, J."""
+        """Largest difference in any step between what the matrices carry across each connection and its ports say, J.
+
+        The ports: force times velocity, from the outputs of both blocks turned into the fixed frame.
+        """
         errors = self.recording.ledger.connection_error
         return {names: float(errors[i]) for i, names in enumerate(self.system.connections.names)}
 
     @property
     def worst(self) -> tuple[str, float]:
-        """The block or connection with the largest residual in any step, and that residual, J."""
+        """The block, blocks that share or connection with the largest residual in any step, and that residual, J."""
         named = {**self.block_errors, **{" -> ".join(k): v for k, v in self.connection_errors.items()}}
         name = max(named, key=lambda key: named[key], default="")
         return name, named.get(name, 0.0)
@@ -89,10 +101,27 @@ class PowerLedger:
         return str(self)
 
     def __str__(self) -> str:
-        """Format the balance of each block at the end as a table."""
+        """Format the balance of each block at the end as a table; of blocks that share states also that of all."""
         columns = ("stored", "gravity", "received", "supplied", "dissipated", "worst step")
         lines = [f"{'block':<16}" + "".join(f"{c:>14}" for c in columns)]
-        for name, row in self.blocks.items():
-            cells = "".join(f"{float(np.asarray(series)[-1]):>14.6g}" for series in row.values())
-            lines.append(f"{name:<16}{cells}{self.block_errors[name]:>14.2e}")
+        errors, blocks = self.block_errors, self.blocks
+        last = {name: [float(series[-1]) for series in row.values()] for name, row in blocks.items()}
+        names = [part.name for part in self.system.parts]
+        together = {
+            name: np.sum([last[names[i]] for i in members], axis=0)
+            for name, members in self._balances.items()
+            if len(members) > 1
+        }
+        for name, row in (last | together).items():
+            cells = "".join(f"{value:>14.6g}" for value in row)
+            worst = f"{errors[name]:.2e}" if name in errors else "shares"
+            lines.append(f"{name:<16}{cells}{worst:>14}")
         return "\n".join(lines)
+
+    @property
+    def _balances(self) -> Mapping[str, tuple[int, ...]]:
+        """The balances that can be tested, and the numbers of the blocks in each."""
+        groups = {members[0]: tuple(members) for members in self.system.sharing.groups}
+        shared = {i for members in groups.values() for i in members[1:]}
+        sets = [groups.get(i, (i,)) for i in range(len(self.system.parts)) if i not in shared]
+        return {" + ".join(self.system.parts[i].name for i in members): members for members in sets}

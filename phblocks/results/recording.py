@@ -39,17 +39,20 @@ class Ledger:
     supplied_to : numpy.ndarray
         From outside, by block, shape (times, blocks), J.
     shared : numpy.ndarray
-        Through states that are shared with other blocks, by block, shape (times, blocks), J: what each of them
-        misses otherwise; the sum over blocks that share is zero but for round-off, which counts as their error.
+        Through states that are shared with other blocks, by block, shape (times, blocks), J. Defined as what each of
+        them misses otherwise: the balance of one such block holds by definition, and what is tested is that of all
+        that share, whose sum here is zero but for round-off.
     dissipated : numpy.ndarray
         By block, shape (times, blocks), J.
     balance_error : numpy.ndarray
         Largest residual of the balance of the whole system over the steps up to each saved time since the one
         before, shape (times,), J.
     block_error : numpy.ndarray
-        Largest residual of the balance of each block in any step, shape (blocks,), J.
+        Largest residual of the balance of each block in any step, shape (blocks,), J; of blocks that share states the
+        residual of all of them together, the same for each.
     connection_error : numpy.ndarray
-        Largest sum of the energies on both sides of each connection in any step, shape (connections,), J.
+        Largest difference, in any step, between the energy that the matrices carry across each connection and that
+        of force times velocity at its ports (:class:`~phblocks.system.exchange.Exchange`), shape (connections,), J.
     """
 
     stored: Floats
@@ -134,6 +137,7 @@ class Recorder:
     t: float
     start: State
     _steps: list[tuple[Step, float | None]] = field(default_factory=list)
+    _losses: list[list[Floats]] = field(default_factory=list)
     _saved: dict[str, list[Floats]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -165,10 +169,24 @@ class Recorder:
             The step.
         save_at : float or None
             Time of its end if it is to be saved, s.
+
+        Raises
+        ------
+        StructureError
+            If a matrix of the user's is not what it must be at a stage; the step is not taken in.
         """
+        losses = self._verified(step)
         if len(self._steps) >= CHUNK:
             self._flush()
         self._steps.append((step, save_at))
+        self._losses.append(losses)
+
+    def _verified(self, step: Step) -> list[Floats]:
+        """R(x) of each modulation at the stages, shape (stages, a, a), after a look at J(x) and R(x)."""
+        if not self.system.modulations:
+            return []
+        z = self.stage.unpack(step.z)
+        return [m.verified(z[:, m.by])[1] for m in self.system.modulations]
 
     def save_last(self, t: float) -> None:
         """Save the last accepted step after all, for a run that ends early.
@@ -209,6 +227,7 @@ class Recorder:
         theta_z = np.concatenate([s.theta_z for s in steps])
         u = np.concatenate([s.u for s in steps])
         x = self.stage.unpack(np.array([s.x for s in steps]))
+        losses = [np.concatenate(of_one) for of_one in zip(*self._losses, strict=True)]
         frozen = z
         if any(s.frozen is not None for s in steps):
             frozen = self.stage.unpack(np.concatenate([s.z if s.frozen is None else s.frozen for s in steps]))
@@ -224,9 +243,9 @@ class Recorder:
         if steps[-1].points is not None:  # the method integrates them itself
             points = np.array([s.points for s in steps])
         integral = self._integral + np.cumsum(by_step(u), axis=0)
-        rates = self._books.rates(self.system.features(theta_z.T, frozen.T).T, self._expand(z), u)
+        rates = self._books.rates(theta_z, z, frozen, u, losses)
         flows = {key: by_step(rate) for key, rate in rates.items()}
-        reaction = flows.pop("reaction")
+        between_ports = flows.pop("between_ports")
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
         stored = self._books.stored(self._expand(x))
         change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
@@ -236,8 +255,8 @@ class Recorder:
         flows["shared"] = missing * self._books.sharing
         error = np.abs(change.sum(axis=1) - flows["supplied"].sum(axis=1) + flows["dissipated"].sum(axis=1))
         self._worst[0] = np.maximum(self._worst[0], block_error.max(axis=0, initial=0.0))
-        both = np.abs(flows["transferred"] + reaction)
-        self._worst[1] = np.maximum(self._worst[1], both.max(axis=0, initial=0.0))
+        connection_error = np.abs(flows["transferred"] - between_ports)
+        self._worst[1] = np.maximum(self._worst[1], connection_error.max(axis=0, initial=0.0))
         totals = {key: self._totals[key] + np.cumsum(flow, axis=0) for key, flow in flows.items()}
 
         saved = np.array([i for i, (_, at) in enumerate(self._steps) if at is not None], dtype=np.int64)
@@ -260,6 +279,7 @@ class Recorder:
         self._stored, self._points, self._integral = stored[-1:], points[-1], integral[-1]
         self._totals = {key: total[-1] for key, total in totals.items()}
         self._steps.clear()
+        self._losses.clear()
 
     def _keep(
         self,
@@ -360,26 +380,27 @@ class _Books:
         angle = self.system.point_angles.at(theta.T).T
         return rotate(angle, material)
 
-    def rates(self, phi: Floats, z: Floats, u: Floats) -> dict[str, Floats]:
-        """Powers at the stages, from features and coordinates: through connections (both sides), inputs, dampings."""
+    def rates(self, theta: Floats, x: Floats, frozen: Floats, u: Floats, losses: list[Floats]) -> dict[str, Floats]:
+        """Powers at the stages: through connections (by the matrices, and by the ports), inputs, dampings.
+
+        Lines have the directions they have in the states ``frozen``; ``losses`` are the R(x) of modulations at the
+        stages, each of shape (stages, a, a).
+        """
+        phi, z = self.system.features(theta.T, frozen.T).T, self.system.sharing.expand(x)
         i, j, f = self._flow.indices
-        value = self._flow.values * phi[:, f]
-        # the taking side multiplies its own states last, the giving side its own
-        transferred = self._flow_sum @ ((value * z[:, j]) * z[:, i]).T
-        reaction = -(self._flow_sum @ ((value * z[:, i]) * z[:, j]).T)
+        transferred = self._flow_sum @ (self._flow.values * phi[:, f] * z[:, j] * z[:, i]).T
         i, k, f = self._input.indices
         supply = (self._input.values * phi[:, f] * z[:, i] * u[:, k]).T
         a, b = self._damping.coords
         loss = (self._damping.data * z[:, a] * z[:, b]).T
         dissipated = (self._damping_sum @ loss).T
-        for m in self.system.modulations:
-            by, on = self.system.sharing.kept[m.by], self.system.sharing.kept[m.on]
-            _, R = m.verified(z[:, by])
+        for m, R in zip(self.system.modulations, losses, strict=True):
+            on = self.system.sharing.kept[m.on]
             w = z[:, on]
             dissipated[:, self._block[on[0]]] += np.einsum("ti,tij,tj->t", w, R, w)
         return {
             "transferred": transferred.T,
-            "reaction": reaction.T,
+            "between_ports": self.system.connections.exchange.powers(self.system.lines, theta, frozen, z),
             "supplied": (self._input_sum @ supply).T,
             "supplied_to": (self._input_block_sum @ supply).T,
             "dissipated": dissipated,

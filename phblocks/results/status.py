@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phblocks.errors import UnknownNameError
+from phblocks.errors import StructureError, UnknownNameError
 from phblocks.triplets import Floats, Ints
 
 
@@ -20,7 +20,7 @@ class Status:
     ok : bool
         It reached its end.
     name : str
-        A word for programs: "success", "step failed", "input not finite".
+        A word for programs: "success", "step failed", "structure lost", "input not finite".
     text : str
         When, where, and what to do.
     time : float or None
@@ -71,6 +71,28 @@ class Status:
             "singular position or a load that jumps."
         )
         return cls(False, "step failed", text, time)
+
+    @classmethod
+    def structure_lost(cls, time: float, error: StructureError) -> Status:
+        """Report that matrices of the user's were not what they must be, in a step that was not kept.
+
+        Parameters
+        ----------
+        time : float
+            Start of the step, s.
+        error : StructureError
+            Which block and matrix, what is violated, by how much and at which state.
+
+        Returns
+        -------
+        Status
+            Not ``ok``.
+        """
+        text = (
+            f"{error.where}: expected {error.expected}, got {error.got}, in the step from t = {time:.9g} s on. The "
+            f"results up to there are kept. {error.fix}"
+        )
+        return cls(False, "structure lost", text, time)
 
     @classmethod
     def input_not_finite(cls, time: float, name: str) -> Status:

@@ -60,7 +60,7 @@ class EqualSteps:
             step = self._stepper.step(self._x, self._theta, h, u)
             if step is None:
                 if parts >= 2**self._max_halvings:
-                    raise StepFailed(t, h)
+                    raise StepFailed(t, h, getattr(self.stage, "why", "the method found no solution"))
                 done, parts = 2 * done, 2 * parts
                 self.halvings += 1
                 continue

@@ -22,6 +22,11 @@ class ModulatedMatrices:
     slots : sequence of (numpy.ndarray, numpy.ndarray)
         For each modulation the places in the Jacobian of the states it acts on by themselves, and by those it depends
         on, by rows.
+
+    Attributes
+    ----------
+    undefined : str
+        The first matrix that was not finite and where, since it was last set to the empty text.
     """
 
     def __init__(self, system: System, new: Ints, scale: Floats, slots: list[tuple[Ints, Ints]]) -> None:
@@ -30,6 +35,7 @@ class ModulatedMatrices:
             for m, places in zip(system.modulations, slots, strict=True)
         ]
         self.noise = np.zeros(len(slots))
+        self.undefined = ""
 
     def add(self, unknowns: Floats, residual: Floats, jacobian: Floats) -> None:
         """Add to residual and Jacobian of a stage.
@@ -46,7 +52,11 @@ class ModulatedMatrices:
             matrix = m.interconnection(x) - m.dissipation(x)
             residual[on] -= on_scale * (matrix @ z)
             jacobian[among] -= (matrix * np.outer(on_scale, on_scale)).ravel()
-            turned = np.einsum("ijk,j->ik", m.slope(x), z)
+            slope = m.slope(x)
+            finite = np.isfinite(matrix).all() and np.isfinite(slope).all()
+            if not finite and not self.undefined and np.isfinite(x).all():
+                self.undefined = m.undefined(x)
+            turned = np.einsum("ijk,j->ik", slope, z)
             jacobian[across] -= (turned * np.outer(on_scale, by_scale)).ravel()
             size = on_scale * (np.abs(matrix) @ np.abs(z))
             self.noise[k] = np.finfo(float).eps * np.linalg.norm(size)

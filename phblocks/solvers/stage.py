@@ -157,6 +157,8 @@ class StageEquation:
             places = [(slot[next(at)], slot[next(at)]) for _ in system.modulations]
             self._modulated = ModulatedMatrices(system, new, scale, places)
         self._work = self._matrix(self.mass.copy())
+        self._mass_factor = np.nan
+        self._weight = self._collect @ self._kappa_gravity
 
     def _matrix(self, data: Floats) -> sp.csr_array:
         """The matrix with these entries on the pattern."""
@@ -260,15 +262,22 @@ class StageEquation:
             gradients from there to the mirror image in the stage, not by the gradients at the stage.
         """
         self._before = before
+        if self._modulated is not None:
+            self._modulated.undefined = ""
         self._tau = tau
-        self._mass_factor = mass_factor
-        self._linear = mass_factor * self.mass - self._rest
+        if mass_factor != self._mass_factor:
+            self._mass_factor = mass_factor
+            self._linear = mass_factor * self.mass - self._rest
+        self._known, self._kappa_known = b, self._kappa_gravity
+        if u.size:
+            self._known = b + self._inputs @ u
+            self._kappa_known = self._kappa_gravity + self._kappa_input @ u
+        if self.constant:
+            self._known = self._known + (self._collect @ self._kappa_known if u.size else self._weight)
+            self._alpha = self._alpha_reference  # modulates nothing
+            return
         theta = theta + tau * (self.system.input_rates @ u)
         self._alpha = self._alpha_reference + self._alpha_rows @ theta
-        self._kappa_known = self._kappa_gravity + self._kappa_input @ u
-        self._known = b + self._inputs @ u
-        if self.constant:
-            self._known = self._known + self._collect @ self._kappa_known
 
     def evaluate(self, z: Floats) -> tuple[Floats, Floats]:
         """Evaluate residual and Jacobian.
@@ -302,6 +311,12 @@ class StageEquation:
         if self._modulated is not None:
             self._modulated.add(z, residual, jacobian)
         return residual, jacobian
+
+    @property
+    def why(self) -> str:
+        """Why an iteration since ``begin`` failed, if it did."""
+        found = "" if self._modulated is None else self._modulated.undefined
+        return found or "Newton's method did not converge"
 
     def residual(self, z: Floats) -> Floats:
         """Evaluate the residual only.

@@ -2,6 +2,7 @@
 
 from phblocks.system.angles import Angles
 from phblocks.system.constraints import consistent_start, find_constraints, require_independent
+from phblocks.system.exchange import Exchange
 from phblocks.system.linearization import Linearization
 from phblocks.system.lines import Lines
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
@@ -11,6 +12,7 @@ from phblocks.system.system import System
 __all__ = [
     "Angles",
     "Connections",
+    "Exchange",
     "Guide",
     "Input",
     "Linearization",

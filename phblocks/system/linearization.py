@@ -228,7 +228,12 @@ def small_motions(system: System) -> System:
         lines=replace(
             system.lines, line=system.lines.line[:0], frames=Angles(system.lines.frames.rows[:0], np.empty(0))
         ),
-        connections=replace(system.connections, entries=flows, supply=supply),
+        connections=replace(
+            system.connections,
+            entries=flows,
+            supply=supply,
+            exchange=system.connections.exchange.held(system.lines, system.start.theta, system.start.x),
+        ),
         point_angles=Angles(sp.csr_array(system.point_angles.rows.shape), fixed),
     )
 

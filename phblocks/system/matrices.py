@@ -9,6 +9,7 @@ import scipy.sparse as sp
 
 from phblocks.errors import StructureError
 from phblocks.export import Matrices, Tangent
+from phblocks.system.energy_form import in_energy_variables
 from phblocks.system.linearization import coenergy_free, followed
 from phblocks.system.parts import State
 from phblocks.triplets import Floats, Triplets
@@ -78,6 +79,35 @@ def matrices_at(system: System, state: State | None = None, u: Floats | None = N
             state_units=tuple(units[i] for i in kept),
         ),
     )
+
+
+def energy_form(system: System, matrices: Matrices) -> Matrices:
+    """Write matrices of a system in energy variables, with names and units.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    matrices : Matrices
+        What :func:`matrices_at` found.
+
+    Returns
+    -------
+    Matrices
+        With E = 1. Energy variables of the user's own keep their names; ``E x`` of a state x in m/s is in J/(m/s).
+
+    Raises
+    ------
+    StructureError
+        If states without energy do not follow from the others.
+    """
+    own = {system.state_names[i] for s in system.storages for i in s.energy}
+    names = [x if x in own else f"E {x}" for x in matrices.state_names]
+    units = [
+        unit if x in own else f"J/{unit}" if unit.isalpha() else f"J/({unit})"
+        for x, unit in zip(matrices.state_names, matrices.state_units, strict=True)
+    ]
+    return in_energy_variables(matrices, names, units)
 
 
 def _second_order(system: System, x: Floats) -> tuple[Floats, sp.csr_array, str]:

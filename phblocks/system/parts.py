@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from phblocks.blocks.block import Block
 from phblocks.blocks.form import Form
 from phblocks.ports import Place, Quantity
+from phblocks.system.exchange import Exchange
 from phblocks.triplets import Floats, Ints, Triplets
 
 
@@ -155,6 +156,8 @@ class Connections:
         negative transpose is the reaction.
     supply : Triplets
         Order three (row, input, feature): what the outside does to the coordinates of blocks.
+    exchange : Exchange
+        The same powers from the ports alone.
     """
 
     names: tuple[tuple[str, str], ...]
@@ -162,3 +165,4 @@ class Connections:
     number: Ints
     entries: Triplets
     supply: Triplets
+    exchange: Exchange

@@ -36,7 +36,7 @@ from phblocks.system.angles import Angles
 from phblocks.system.constraints import find_constraints
 from phblocks.system.linearization import Linearization, energy_variables, linearize, small_motions
 from phblocks.system.lines import Lines
-from phblocks.system.matrices import matrices_at
+from phblocks.system.matrices import energy_form, matrices_at
 from phblocks.system.modulated import modulated, require_quadratic
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
 from phblocks.system.sharing import Sharing
@@ -591,7 +591,9 @@ class System:
         """
         return rigid_motion(self, velocity, spin, about, blocks)
 
-    def matrices(self, state: State | None = None, u: Floats | None = None) -> Matrices:
+    def matrices(
+        self, state: State | None = None, u: Floats | None = None, *, energy_variables: bool = False
+    ) -> Matrices:
         """Evaluate E, J, R, Q, G and the tangent A, B, C, D at a state, with all names and units.
 
         An energy that is not quadratic is taken to second order at the state: its co-energy variables leave, Q has its
@@ -604,6 +606,10 @@ class System:
             The initial configuration at rest by default.
         u : numpy.ndarray, optional
             Inputs there, shape (n_inputs,); zero by default.
+        energy_variables : bool, optional
+            The states are momenta, elongations, ... (E x) instead of velocities, forces, ...; E is one, Q the inverse
+            of E, and states without energy are eliminated (Schur complement; G, P, S and N follow). No tangent then.
+            These matrices are dense: for systems of some thousand states at most.
 
         Returns
         -------
@@ -615,10 +621,12 @@ class System:
         DataError
             If the state or the input does not fit.
         StructureError
-            If an energy that is not quadratic has no positive semidefinite Hessian at the state.
+            If an energy that is not quadratic has no positive semidefinite Hessian at the state; in energy variables
+            also if states without energy do not follow from the others (joints with multipliers).
         """
         state = None if state is None else require_state(self, state, "matrices state")
-        return matrices_at(self, state, None if u is None else require_input(self, u, "matrices u"))
+        found = matrices_at(self, state, None if u is None else require_input(self, u, "matrices u"))
+        return energy_form(self, found) if energy_variables else found
 
     def export(
         self, path: str | os.PathLike[str], state: State | None = None, u: Floats | None = None

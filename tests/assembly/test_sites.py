@@ -33,7 +33,9 @@ def test_a_rail_that_is_told_where_it_is():
     np.testing.assert_array_equal(guide.first.start, [0.0, 2.5])
     d, _, slider = rail(start=(0.0, 2.5), end=(1.0, 2.1))
     d.connect(slider.first, d.ground.translation)
-    with pytest.raises(GapError, match=r"rail and mass\.centre: expected an anchor at \[1\.0, 2\.1\]"):
+    with pytest.raises(
+        GapError, match=r"rail and mass\.centre \(connect at test_sites\.py:\d+\): expected an anchor at \[1\.0, 2\.1\]"
+    ):
         d.compile()
 
 

@@ -1,6 +1,7 @@
 """Matrices that violate the structure are refused, with the states concerned."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -51,6 +52,7 @@ def test_asymmetry(system, name):
     ) as caught:
         check_structure(changed(system, **{name: getattr(system, name) + entry(system, 3, 5, size)}))
     assert system.state_names[3] in str(caught.value) and system.state_names[5] in str(caught.value)
+    assert re.search(r"Check the matrices of '\w+' \(add at \w+\.py:\d+\)", caught.value.fix)
 
 
 @pytest.mark.parametrize("name", ["E", "R"])
@@ -60,6 +62,7 @@ def test_a_diagonal_that_is_not_positive_where_a_state_takes_part(system, name, 
     matrix[4, 4], matrix[4, 5], matrix[5, 4] = value, 1e-9, 1e-9
     with pytest.raises(StructureError, match=rf"{name} of system .*positive diagonal entries") as caught:
         check_structure(changed(system, **{name: matrix}))
+    assert re.search(r" of '\w+' \(add at \w+\.py:\d+\)", caught.value.fix)
     assert system.state_names[4] in str(caught.value)
 
 

@@ -1,4 +1,7 @@
-"""Time of one Newton iteration divided by LAPACK ``dgbsv`` on the same band, for the four-bar of the README."""
+"""Time of one Newton iteration divided by LAPACK ``dgbsv`` on the same band, for the four-bar of the README.
+
+And of one step of the same scene made linear (small motions), divided by ``dgbtrs``.
+"""
 
 from __future__ import annotations
 
@@ -65,30 +68,61 @@ def measure(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int,
     return stage.n, solver.width, ours, theirs - statistics.median(samples[reset])
 
 
+def measure_linear(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int, float, float]:
+    """Return unknowns, half-bandwidth, and the median times (s) of a linear step and of ``dgbtrs``."""
+    system = build(elements=elements)[0].compile().small_motions()
+    stepper, dt, u = ph.Midpoint().prepare(system), 0.02, np.zeros((1, 0))
+    stage, solver = stepper.stage, stepper.solver
+    assert isinstance(solver, BandedSolver) and stage.constant
+    start, theta = stage.pack(system.start.x), system.start.theta
+    first = stepper.step(start, theta, dt, u)
+    assert first is not None
+    x = first.x
+
+    def step() -> None:
+        stepper.step(x, theta, dt, u)
+
+    band, width = np.zeros((3 * solver.width + 1, stage.n), order="F"), solver.width
+    stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x))
+    residual, jacobian = stage.evaluate(x)
+    band[2 * width + stage.rows - stage.columns, stage.columns] = jacobian
+    factor, pivots, info = lapack.dgbtrf(band, width, width)
+    assert info == 0
+
+    def dgbtrs() -> None:
+        lapack.dgbtrs(factor, width, width, residual, pivots)
+
+    repeats = max(5, 200_000 // stage.n)
+    samples: dict[Callable[[], None], list[float]] = {step: [], dgbtrs: []}
+    for _ in range(rounds):
+        for function, times in samples.items():
+            begin = perf_counter()
+            for _ in range(repeats):
+                function()
+            times.append((perf_counter() - begin) / repeats)
+    ours, theirs = (statistics.median(samples[f]) for f in (step, dgbtrs))
+    return stage.n, width, ours, theirs
+
+
 def main() -> None:
     """Measure all meshes."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="put the table into docs/performance.md")
     arguments = parser.parse_args()
-    rows = []
-    for elements in MESHES:
-        n, width, ours, theirs = measure(elements)
-        rows.append(
-            [
-                "/".join(map(str, elements)),
-                str(n),
-                str(width),
-                f"{1e3 * ours:.3f}",
-                f"{1e3 * theirs:.3f}",
-                f"{ours / theirs:.1f}",
-            ]
-        )
-    table = markdown(
-        ["elements", "unknowns", "half-bandwidth", "one Newton iteration, ms", "`dgbsv`, ms", "ratio"], rows
+    kinds = (
+        ("newton_iteration", measure, "one Newton iteration", "`dgbsv`", MESHES),
+        ("linear_step", measure_linear, "one linear step", "`dgbtrs`", MESHES[1:]),
     )
-    print(table, machine(), sep="\n\n")
-    if arguments.write:
-        write("performance.md", "newton_iteration", table)
+    for mark, function, what, lapacks, meshes in kinds:
+        rows = []
+        for elements in meshes:
+            n, width, ours, theirs = function(elements)
+            times = [f"{1e3 * ours:.3f}", f"{1e3 * theirs:.3f}", f"{ours / theirs:.1f}"]
+            rows.append(["/".join(map(str, elements)), str(n), str(width), *times])
+        table = markdown(["elements", "unknowns", "half-bandwidth", f"{what}, ms", f"{lapacks}, ms", "ratio"], rows)
+        print(table, machine(), sep="\n\n")
+        if arguments.write:
+            write("performance.md", mark, table)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,8 @@
-"""The benchmark scripts run; what they measure is in docs/performance.md, not asserted here."""
+"""The benchmark scripts run; what they measure is in docs/performance.md and docs/accuracy.md, not asserted here."""
+
+from dataclasses import replace
+
+import pytest
 
 import phblocks as ph
 from tests.benchmarks import compilation, newton_iteration, tables
@@ -8,6 +12,39 @@ def test_an_iteration_is_measured():
     unknowns, width, ours, theirs = newton_iteration.measure((2, 2, 2), rounds=1)
     assert unknowns == ph.Midpoint().prepare(newton_iteration.build(elements=(2, 2, 2))[0].compile()).stage.n
     assert width <= 8 and ours > 0.0 and theirs > 0.0
+
+
+def test_a_linear_step_is_measured():
+    unknowns, width, ours, theirs = newton_iteration.measure_linear((2, 2, 2), rounds=1)
+    assert unknowns == newton_iteration.measure((2, 2, 2), rounds=1)[0]
+    assert width <= 9 and ours > 0.0 and theirs > 0.0
+
+
+def test_both_codes_swing_the_same_pendulum(tmp_path):
+    """Tiny settings of both: they agree on the tip within 1 cm, ours keeps its energy, and it is drawn."""
+    pytest.importorskip("exudyn")
+    from tests.benchmarks import accuracy, accuracy_figures
+    from tests.benchmarks.accuracy_scenes import Sweep, scenes
+
+    scene = replace(
+        next(s for s in scenes() if s.name == "rubber_pendulum"),
+        ours=[Sweep("Midpoint", [{"elements": 4, "degree": 2}], [0.01, 0.005], ph.Midpoint())],
+        peer=[Sweep("Exudyn", [{"elements": 5, "order": 2}], [0.01, 0.005])],
+    )
+    reference = ph.studies.Reference(scene.published, scene.published_uncertainty, "published")
+    result = accuracy.study(scene, 1, reference)
+    assert len(result) == 4 and max(result.column("error")) < 1e-2
+    assert max(row.energy_error for row in result.filter(accuracy.of_ours)) < 1e-12
+    # second order of generalised-alpha: half the step, a quarter of the drift, if the energy is that of Exudyn's beam
+    coarse, fine = result.filter(accuracy.of_peer).sort("dt", reverse=True).column("energy_error")
+    assert coarse / fine > 3.0
+    table = accuracy.target_table({name: result for name, _ in accuracy.TARGETS})
+    assert len(table.splitlines()) == 2 + len(accuracy.TARGETS)
+    assert "Exudyn" in accuracy.front_table(result)
+    figure = tmp_path / "figure.png"
+    accuracy_figures.draw(result, scene.title, figure, accuracy.of_ours, accuracy.of_peer)
+    assert 0 < figure.stat().st_size < 150_000
+    assert "Exudyn" in accuracy.large_table(4, 2, 1) and "exponent" in accuracy.growth_table((4, 8), 1)
 
 
 def test_diagrams_are_made():

@@ -50,3 +50,9 @@ def test_a_damper_dissipates_what_it_receives():
     assert solution.velocity(mass.centre)[-1, 0] == pytest.approx(np.exp(-1.5), rel=1e-6)
     energy = solution.energy
     assert abs(energy.dissipated[-1] - (energy.total[0] - energy.total[-1])) < 1e-13
+
+
+def test_a_free_length_may_be_zero_and_not_negative():
+    assert ph.Spring("s", 1.0, (0.0, 0.0), (1.0, 0.0), free_length=0).free_length == 0.0
+    with pytest.raises(ph.errors.DataError, match="free_length: expected a finite number >= 0"):
+        ph.Spring("s", 1.0, (0.0, 0.0), (1.0, 0.0), free_length=-1)

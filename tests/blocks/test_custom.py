@@ -304,6 +304,72 @@ def test_small_numbers_and_edges_are_no_mistakes():
         vessel(hessian=lambda x: [[0.1001 / (3e-6 - x[0]) ** 2]])
 
 
+STIFF = {
+    "no curvature at the start": lambda x, p: x**4 / 4,
+    "stiff, no curvature": lambda x, p: 1e7 * x**4 / 4 + p**2 / 2,
+    "stiff": lambda x, p: x**2 / 2 + 1e9 * x**4 / 4 + p**2 / 2,
+    "odd": lambda x, p: x**3 / 3 + p**2 / 2,
+    "flat": lambda x, p: x**6 + p**2 / 2,
+}
+
+
+def by_hand(energy, gradient=lambda z: z, hessian=lambda z: z) -> ph.CustomBlock:
+    """The energy as three functions that say nothing about where they come from."""
+    x, p = sympy.symbols("x p")
+    source = ph.CustomBlock.from_sympy("source", energy(x, p), [x, p], J=SKEW)
+    return ph.CustomBlock(
+        "hand",
+        2,
+        lambda z: source.hamiltonian(z),
+        lambda z: gradient(np.array(source.gradient(z))),
+        lambda z: hessian(np.array(source.hessian(z))),
+        J=SKEW,
+    )
+
+
+@pytest.mark.parametrize("name", STIFF)
+def test_energies_that_are_flat_or_stiff_at_the_start(name):
+    """Differences there are what they leave out; so is a right derivative, and a wrong one is still seen."""
+    by_hand(STIFF[name])
+    for wrong in (2.0, -1.0, 0.0, 1.01):
+        with pytest.raises(StructureError, match="gradient: expected the derivative of the hamiltonian"):
+            both = lambda z, wrong=wrong: wrong * z  # noqa: E731
+            by_hand(STIFF[name], gradient=both, hessian=both)
+        with pytest.raises(StructureError, match="hessian: expected the derivative of the gradient"):
+            by_hand(STIFF[name], hessian=lambda z, wrong=wrong: wrong * z)
+
+
+def test_a_missing_term_beside_a_stiff_one_is_seen():
+    for missing in (np.diag([1.0, 0.0]), np.diag([0.0, 1.0])):
+        with pytest.raises(StructureError, match="hessian"):
+            by_hand(STIFF["stiff"], hessian=lambda z, missing=missing: z - missing)
+
+
+def test_an_energy_of_one_flat_variable_runs():
+    """With momentum it swings: energy to round-off, and the amplitude by hand."""
+    x, p = sympy.symbols("x p")
+    assert ph.CustomBlock.from_sympy("s", x**4 / 4, [x]).hamiltonian(np.array([2.0])) == 4.0
+    d = ph.Diagram("stiff")
+    d.add(ph.CustomBlock.from_sympy("s", STIFF["stiff, no curvature"](x, p), [x, p], J=SKEW, start=[0.0, 1.0]))
+    solution = ph.simulate(d.compile(), 0.2, 1e-3)
+    assert np.ptp(solution.energy.total) < 1e-12
+    # 1e7 x^4 / 4 = 1 / 2
+    assert np.abs(solution.x[:, 0]).max() == pytest.approx((2.0 / 1e7) ** 0.25, rel=1e-3)
+
+
+def test_a_matrix_that_is_flat_at_the_start():
+    flat = {"J": SKEW, "derivatives": {"R": lambda z: np.stack([np.diag([0.0, 4e7 * z[0] ** 3]), np.zeros((2, 2))], 2)}}
+    energy = {"hamiltonian": lambda z: z @ z / 2, "gradient": lambda z: z, "hessian": lambda z: np.eye(2)}
+    ph.CustomBlock("r", 2, **energy, **flat, R=lambda z: np.diag([0.0, 1e7 * z[0] ** 4]))
+    with pytest.raises(StructureError, match="derivative of R"):
+        ph.CustomBlock("r", 2, **energy, **flat, R=lambda z: np.diag([0.0, 2e7 * z[0] ** 4]))
+
+
+def test_a_wrong_port_is_told_before_a_wrong_derivative():
+    with pytest.raises(DataError, match="ports"):
+        duffing(hessian=lambda x: np.eye(2), ports={"mass": ph.SystemPort(LINE, (1,), "velocity")})
+
+
 def test_a_mistake_in_a_small_unit_beside_a_large_one_is_seen():
     """Volumes of 1e-6 m^3 beside momenta of 1e3 N s."""
     weight = np.array([1e12, 1e-6])

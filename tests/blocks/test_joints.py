@@ -151,7 +151,7 @@ def test_redundant_joints_are_named():
     d.pin(bar["a"], d.ground, multiplier=True)
     d.pin(bar["b"], d.ground, multiplier=True)
     with pytest.raises(
-        ConstraintError, match=r"PH302.*pin bar ground.*\(add at test_joints.py:\d+\).*force x\[0\].*imply already"
+        ConstraintError, match=r"PH302.*pin bar ground.*\(pin at test_joints.py:\d+\).*force x\[0\].*imply already"
     ):
         d.compile()
 

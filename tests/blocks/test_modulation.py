@@ -1,6 +1,7 @@
 """Matrices that depend on the state: motions with known solutions, exact balances, and what is refused."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -327,13 +328,47 @@ def test_what_is_refused(options, error, words):
         rigid_body(ports={"a": ph.SystemPort(LINE, (0,), "velocity")}, **options)
 
 
-def test_matrices_that_go_wrong_far_from_the_start_end_the_run_with_an_error():
-    drives = rigid_body(R=lambda x: np.eye(3) * (0.1 if x[0] > 0.0 else -0.1))
-    with pytest.raises(StructureError, match=r"'body' R\(x\): expected a positive semidefinite matrix, got a defect"):
-        ph.simulate(alone(drives), 10.0, 0.05)
-    bent = rigid_body(J=lambda x: cross(x) + (1e-9 * np.eye(3) if x[0] < 0.0 else 0.0))
-    with pytest.raises(StructureError, match=r"'body' J\(x\): expected a skew matrix"):
-        ph.simulate(alone(bent), 10.0, 0.05)
+@pytest.mark.parametrize("save_every", [1, 7])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            {"R": lambda x: np.eye(3) * (0.0 if x[0] > 0.0 else -0.1)},
+            r"'body' R\(x\): expected a positive semidefinite matrix, got a defect of 0.1 at",
+        ),
+        (
+            {"J": lambda x: cross(x) + (1e-9 * np.eye(3) if x[0] < 0.0 else 0.0)},
+            r"'body' J\(x\): expected a skew matrix, got a defect of 2e-09 at x = \[-",
+        ),
+        (
+            {"J": lambda x: cross(x) * (1.0 if x[0] > 0.0 else np.nan), "derivatives": {"J": lambda x: CROSS_SLOPE}},
+            r"'body' J\(x\) is not finite at x = \[-",
+        ),
+        ({"J": lambda x: cross(x) + 0.0 * np.sqrt(x[0])}, r"'body' .* is not finite at x = \["),
+    ],
+    ids=["drives", "bent", "NaN", "root"],
+)
+def test_matrices_that_go_wrong_far_from_the_start_end_the_run_with_a_status(options, words, save_every):
+    """The results up to the last good step are those of a body that stays well."""
+    solution = ph.simulate(alone(rigid_body(**options)), 10.0, 0.005, save_every=save_every)
+    status, kept = solution.status, solution.t.size
+    assert not status.ok and re.search(words, status.text) and "results up to there are kept" in status.text
+    assert status.name == ("step failed" if "not finite" in words else "structure lost")
+    assert solution.t[-1] == pytest.approx(status.time, abs=1e-12) and f"t = {status.time:.9g} s" in status.text
+    assert solution.statistics.steps >= (kept - 1 if save_every == 1 else (kept - 2) * save_every)
+    well = ph.simulate(alone(rigid_body()), float(solution.t[-1]), 0.005, save_every=save_every)
+    np.testing.assert_allclose(solution.x[-1], well.x[-1], atol=1e-4 if "not finite" in words else 1e-12)
+    assert abs(well.x[-1, 0]) < 0.02  # where the momentum about the first axis changes sign, in the middle of the step
+    assert solution.max_power_balance_error < 1e-13
+
+
+def test_what_is_not_finite_is_not_skew_either():
+    modulation = rigid_body(J=lambda x: cross(x) if x[0] > 0.0 else np.full((3, 3), np.nan)).form({}).modulation
+    with pytest.raises(StructureError, match=r"J\(x\): expected finite numbers, got \[\[nan.* at x = \[-1.0"):
+        modulation.verified(np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]))
+
+
+def test_a_function_that_changes_its_shape_is_refused_at_once():
     grows = rigid_body(J=lambda x: cross(x) if x[0] > 0.0 else np.zeros((4, 4)))
     with pytest.raises(DataError, match=r"J: expected real numbers of shape \(3, 3\), got shape \(4, 4\)"):
         ph.simulate(alone(grows), 10.0, 0.05)

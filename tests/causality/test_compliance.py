@@ -1,5 +1,7 @@
 """What is suggested to be put in: its frequency is that of the repaired diagram, its size a decade above the rest."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -67,6 +69,10 @@ def test_three_at_one_pin():
     assert frequencies.size == 4
     assert frequencies[0] == pytest.approx(1000.0, rel=1e-2)
     assert frequencies[-1] == pytest.approx(repair.cost.frequency, rel=1e-10)
+    assert repair.what.startswith("put 2 bushings of ") and repair.what.endswith(
+        "one between a.p and each of b.p, m.centre"
+    )
+    assert len([b for b in system.report.network.blocks.values() if isinstance(b, ph.Bushing)]) == 2
 
 
 def test_a_body_that_may_move_and_not_turn():
@@ -80,9 +86,12 @@ def test_a_body_that_may_move_and_not_turn():
     np.testing.assert_allclose(system.modes(5).frequencies, [expected], rtol=1e-10)
 
 
-@pytest.mark.parametrize("k", [40.0, 4e6])
-def test_a_spring_beside_sets_the_scale(k):
-    """Across a's arm to the spring, 1/m + arm^2/I = 3.5; slowest along the arms, a decade above sqrt(3.5 k)."""
+@pytest.mark.parametrize(("k", "scale"), [(40.0, 100.0), (4e6, np.sqrt(3.5 * 4e6))])
+def test_a_spring_beside_sets_the_scale(k, scale):
+    """Across a's arm to the spring, 1/m + arm^2/I = 3.5; slowest along the arms, a decade above sqrt(3.5 k).
+
+    A soft spring does not make the joint soft: it stays at 1000 rad/s.
+    """
     d = ph.Diagram()
     a = d.add(body("a", 0.0, 1.0, 0.1, p=(0.5, 0.0), q=(-0.5, 0.0)))
     b = d.add(body("b", 1.0, 2.0, 0.1, p=(0.5, 0.0)))
@@ -91,10 +100,29 @@ def test_a_spring_beside_sets_the_scale(k):
     d.pin(spring.start, d.ground)
     d.pin(spring.end, a["q"])
     repair, system = added(d)
-    assert repair.cost.stiffness == pytest.approx(100.0 * 3.5 * k / 1.5, rel=5e-3)
+    assert repair.cost.stiffness == pytest.approx((10.0 * scale) ** 2 / 1.5, rel=5e-3)
     frequencies = system.modes(9).frequencies
     assert frequencies[-1] == pytest.approx(repair.cost.frequency, rel=1e-3)  # the spring adds its little
-    assert frequencies[frequencies > 9.0 * np.sqrt(3.5 * k)].size == 2
+    assert frequencies[frequencies > 9.0 * scale].size == 2
+
+
+@pytest.mark.parametrize("inductance", [1e-2, 1e-8])
+def test_a_motor_is_no_scale_for_a_bearing(inductance):
+    """k^2 / (L I) of the shaft, 10 or 10000 rad/s, says nothing about how stiff the bearing must be."""
+    d = ph.Diagram()
+    rotor, frame = (
+        d.add(body("rotor", 0.5, 1.0, 0.01, p=(0.0, 0.0))),
+        d.add(body("frame", -0.5, 2.0, 0.1, p=(0.0, 0.0))),
+    )
+    motor, earth = d.add(ph.DCMotor("motor", 1.0, 0.1, inductance)), d.add(ph.Reference("earth"))
+    supply = d.add(ph.Voltage("supply", 12.0))
+    d.connect(motor.p, supply.port)
+    d.connect(motor.n, earth.port)
+    d.connect(motor.shaft, rotor.centre.rotation)
+    d.connect(motor.stator, d.ground.rotation)
+    d.pin(rotor["p"], frame["p"])
+    repair, _ = added(d)
+    assert repair.cost.stiffness == pytest.approx(1000.0**2 / 1.5, rel=5e-3)
 
 
 def test_a_beam_with_fixed_ends_counts_as_it_is_meshed():
@@ -110,6 +138,59 @@ def test_a_beam_with_fixed_ends_counts_as_it_is_meshed():
     assert system.modes(500).frequencies[-1] == pytest.approx(repair.cost.frequency, rel=0.1)
 
 
+@pytest.mark.parametrize("verb", ["pin", "weld"])
+def test_a_refined_beam_keeps_its_joint(verb):
+    """One stiffness for all meshes, the frequency of each; what the repaired diagram does converges in order four."""
+    lowest, stiffness = [], set()
+    for elements in (4, 8, 16):
+        d = ph.Diagram()
+        beam = d.add(ph.Beam("b", SOFT, (0.0, 0.0), (1.0, 0.0), elements=elements, degree=2, causality="free-free"))
+        tip = d.add(ph.RigidBody("tip", 0.5, 0.02, (1.0, 0.0)))
+        getattr(d, verb)(beam.start, d.ground)
+        d.pin(beam.end, tip.centre)
+        repair, system = added(d)
+        frequencies = system.modes(500).frequencies
+        assert 0.95 * frequencies[-1] < repair.cost.frequency < frequencies[-1]
+        stiffness.add(repair.what)
+        lowest.append(frequencies[frequencies > 1.0][0])
+    assert len(stiffness) == 1
+    coarse, fine = np.abs(np.diff(lowest))
+    assert coarse / fine == pytest.approx(16.0, rel=0.05)
+    # the joint adds little to what the beam gives way
+    held = ph.Diagram()
+    beam = held.add(ph.Beam("b", SOFT, (0.0, 0.0), (1.0, 0.0), elements=16, degree=2))
+    tip = held.add(ph.Mass("tip", 0.5, (1.0, 0.0)))
+    getattr(held, verb)(beam.start, held.ground)
+    held.pin(beam.end, tip.centre)
+    rigid = held.compile().modes(500).frequencies
+    assert lowest[-1] == pytest.approx(rigid[rigid > 1.0][0], rel=3e-3)
+
+
+@pytest.mark.parametrize("curvature", [None, 1.5])
+def test_the_coarsest_beam_has_the_same_ends(curvature):
+    beam = ph.Beam("b", SOFT, (0.0, 0.0), (1.0, 0.0), elements=(0.0, 0.1, 1.0), degree=3, curvature=curvature)
+    coarse = beam.coarsest
+    assert (coarse.elements, coarse.degree, coarse.length) == (2, 1, beam.length) and coarse.coarsest is not beam
+    assert {p.path for p in coarse.ports.values()} == {p.path for p in beam.ports.values()}
+    assert coarse.end.angle == beam.end.angle and ph.Mass("m", 1.0, (0.0, 0.0)).coarsest.name == "m"
+
+
+def test_a_mass_at_the_ends_of_beams_does_not_depend_on_their_meshes():
+    masses = []
+    for elements in (2, 9):
+        d = ph.Diagram()
+        ends = [((0.0, 0.0), (1.0, 0.0)), ((1.0, 0.0), (1.0, 1.0))]
+        beams = [
+            d.add(ph.Beam(f"b{i}", SOFT, *e, elements=elements, causality="pinned-pinned")) for i, e in enumerate(ends)
+        ]
+        d.pin(beams[0].end, beams[1].start)
+        d.pin(beams[0].start, d.ground)
+        d.pin(beams[1].end, d.ground)
+        repair = next(r for r in d.check().repairs if r.cost.mass is not None)
+        masses.append(repair.cost.mass)
+    assert masses[0] == masses[1] > 0.0
+
+
 def test_later_joints_do_not_climb_on_earlier_ones():
     """A chain of three bodies: the second bushing is as stiff as the first, not a decade stiffer."""
     d = ph.Diagram()
@@ -119,6 +200,17 @@ def test_later_joints_do_not_climb_on_earlier_ones():
     repair, system = added(d)
     assert repair.what.count("put a bushing of 5e+05 N/m") == 2
     assert repair.cost.frequency < system.modes(9).frequencies[-1] < np.sqrt(2.0) * repair.cost.frequency
+
+
+def test_of_many_joints_three_are_told():
+    d = ph.Diagram()
+    bodies = [d.add(body(f"b{x}", x, 1.0, 0.1, l=(x - 0.5, 0.0), r=(x + 0.5, 0.0))) for x in range(31)]
+    for left, right in itertools.pairwise(bodies):
+        d.pin(left["r"], right["l"])
+    repair, system = added(d)
+    assert repair.what.endswith(" ... and 27 more of the kind") and len(repair.what) < 250
+    assert len([b for b in system.report.network.blocks.values() if isinstance(b, ph.Bushing)]) == 30
+    assert all(len(r.what) < 250 for r in d.check().repairs)
 
 
 def test_a_velocity_imposed_on_a_body_may_pull_on_a_bushing():

@@ -111,7 +111,10 @@ CASES = [
         only_a_switch,
         DanglingPortError,
         [({"beam.end.translation"}, {"beam.end.translation"}, set())],
-        ['let beam \'beam\' choose its ends (causality="auto", was "pinned-pinned") (states +2, switches +1)'],
+        [
+            'let beam \'beam\' choose its ends (causality="auto", was "pinned-pinned") (states +2, switches +1)',
+            "attach beam.end.translation to the ground (states +0)",
+        ],
     ),
 ]
 NAMED = pytest.mark.parametrize("case", CASES, ids=[c.make.__name__ for c in CASES])

@@ -174,3 +174,70 @@ def test_changing_what_was_mended_leaves_the_first_alone():
         mended.add(ph.Mass("m", 1.0, (5.0, 5.0)))
         mended.expose(mended.network.blocks["m"].centre.translation, "push")
     assert "m" not in d.network.blocks and [e.name for e in d.network.exposures()] == ["one", "two"]
+
+
+def loose_spring() -> ph.Diagram:
+    d = ph.Diagram("loose")
+    spring, mass = d.add(ph.Spring("spring", 9.0, (0.0, 0.0), (1.0, 0.0))), d.add(ph.Mass("mass", 1.0, (1.0, 0.0)))
+    d.pin(spring.end, mass.centre)
+    return d
+
+
+def loose_damper() -> ph.Diagram:
+    d = ph.Diagram("loose")
+    damper, mass = d.add(ph.Damper("damper", 9.0, (0.0, 0.0), (1.0, 0.0))), d.add(ph.Mass("mass", 1.0, (1.0, 0.0)))
+    d.pin(damper.end, mass.centre)
+    return d
+
+
+def loose_torsion_spring() -> ph.Diagram:
+    d = ph.Diagram("loose")
+    spring, wheel = d.add(ph.TorsionSpring("spring", 9.0)), d.add(ph.RigidBody("wheel", 1.0, 1.0, (0.0, 0.0)))
+    d.connect(spring.second, wheel.centre.rotation)
+    return d
+
+
+@pytest.mark.parametrize(
+    ("make", "path", "frequencies"),
+    [
+        (loose_spring, "spring.start.translation", [3.0]),
+        (loose_damper, "damper.start.translation", []),
+        (loose_torsion_spring, "spring.first", [3.0]),
+    ],
+)
+def test_a_loose_end_may_be_attached_to_the_ground(make, path, frequencies):
+    d = make()
+    report = d.check()
+    (conflict,), repair = report.conflicts, report.repairs[-1]
+    assert "attach it to the ground" in conflict.advice and "auto" not in conflict.advice
+    assert repair.what == f"attach {path} to the ground" and repair.cost.demands == 1
+    mended = repair.apply(d)
+    assert mended.check().ok and not d.check().ok
+    np.testing.assert_allclose(mended.compile().modes(5).frequencies, frequencies, rtol=1e-12)
+
+
+def test_several_loose_ends_are_attached_together():
+    d = ph.Diagram("loose")
+    mass = d.add(ph.Mass("mass", 1.0, (0.0, 0.0)))
+    springs = [d.add(ph.Spring(f"s{i}", 3.0, (0.0, 0.0), (1.0, 0.0))) for i in range(3)]
+    d.pin(mass.centre, *(spring.start for spring in springs))
+    repair = d.check().repairs[-1]
+    assert repair.cost.demands == 3
+    np.testing.assert_allclose(repair.apply(d).compile().modes(5).frequencies, [3.0], rtol=1e-12)
+
+
+def test_a_loose_terminal_has_no_ground():
+    d = ph.Diagram("circuit")
+    port = {"terminal": ph.SystemPort(ph.ELECTRICAL, (0,), "current")}
+    identity = np.eye(1)
+    d.add(ph.SystemBlock("winding", J=[[0.0]], G=identity, Q=identity, ports=port))
+    report = d.check()
+    assert report.repairs == () and "ground" not in report.conflicts[0].advice
+
+
+def test_the_advice_names_what_the_block_can_do():
+    d = ph.Diagram("beam")
+    d.add(
+        ph.Beam("b", ph.Section(1e4, 1e4, 1.0, 1.0, 1e-3), (0.0, 0.0), (1.0, 0.0), elements=3, causality="pinned-free")
+    )
+    assert "let beam 'b' choose its ends (causality=\"auto\"" in d.check().conflicts[0].advice

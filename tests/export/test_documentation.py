@@ -39,6 +39,21 @@ def test_python_of_the_documentation(tmp_path, monkeypatch, beam, response):
         np.testing.assert_allclose(session[key], expected, rtol=1e-12)
 
 
+def test_the_chain_of_the_documentation_is_the_published_one(references):
+    """The code of the page, run on its own, against the numbers of the collection and not those of the page."""
+    session = {"np": np}
+    for block in blocks("python"):
+        if "with_states" in block or "Reference" in block:
+            exec(compile(block, str(DOCS), "exec"), session)
+    expected = references["mass_spring_damper_chain"]["matrices"]
+    found = session["published"]
+    for key, name in {"J": "J", "R": "R", "Q": "Q", "G": "B"}.items():
+        np.testing.assert_allclose(getattr(found, key).toarray(), expected[name], rtol=0, atol=1e-14, err_msg=key)
+    np.testing.assert_allclose(found.E.toarray(), np.eye(6), rtol=0, atol=1e-14)
+    for key in "PSN":
+        assert abs(getattr(found, key)).max() <= 1e-14
+
+
 def test_documentation_names_every_field():
     text = DOCS.read_text(encoding="utf-8")
     for key in (*TEXTS, *LABELS, *VECTORS, *MATRICES, *TANGENT_LABELS, *TANGENT_MATRICES):

@@ -110,3 +110,41 @@ def test_tangent_refuses(full, change, says):
 def test_tangent_has_the_same_inputs(full, closed):
     with pytest.raises(DataError, match="expected 2 inputs and outputs"):
         replace(full, tangent=closed.tangent)
+
+
+def test_other_states_are_the_same_system(beam, response):
+    """The response, the energy and the load of any combination of states."""
+    n = beam.E.shape[0]
+    rng = np.random.default_rng(5)
+    T = np.eye(n) + 0.3 * rng.standard_normal((n, n)) / np.sqrt(n)
+    x0 = rng.standard_normal(n)
+    given = replace(beam, x0=x0)
+    m = given.with_states(T, [f"s{i}" for i in range(n)], ["1"] * n)
+    assert m.state_names[3] == "s3" and m.tangent is None and np.isnan(m.state_positions).all()
+    expected = response(beam.E, beam.J, beam.R, beam.Q, beam.G, 300.0j)
+    np.testing.assert_allclose(response(m.E, m.J, m.R, m.Q, m.G, 300.0j), expected, rtol=1e-7)
+    assert m.x0 @ (m.Q.T @ m.E) @ m.x0 == pytest.approx(x0 @ (beam.Q.T @ beam.E) @ x0)
+    assert (m.Q @ m.x0) @ m.f0 == pytest.approx((beam.Q @ x0) @ beam.f0)
+
+
+def test_a_permutation_moves_states_and_their_places(beam):
+    n = beam.E.shape[0]
+    order = np.random.default_rng(6).permutation(n)
+    m = beam.with_states(np.eye(n)[order], [beam.state_names[i] for i in order], [beam.state_units[i] for i in order])
+    np.testing.assert_array_equal(m.state_positions, beam.state_positions[order])
+    for key in ("E", "J", "R", "Q"):
+        np.testing.assert_array_equal(getattr(m, key).toarray(), getattr(beam, key).toarray()[np.ix_(order, order)])
+    np.testing.assert_array_equal(m.G.toarray(), beam.G.toarray()[order])
+
+
+@pytest.mark.parametrize("change", [np.zeros((3, 3)), "x", np.full((2, 2), np.nan)])
+def test_a_change_that_is_none_is_refused(beam, change):
+    with pytest.raises(DataError, match="change"):
+        beam.with_states(change, beam.state_names, beam.state_units)
+
+
+def test_a_singular_change_is_refused(beam):
+    T = np.eye(beam.E.shape[0])
+    T[1] = T[0]
+    with pytest.raises(DataError, match="invertible"):
+        beam.with_states(T, beam.state_names, beam.state_units)

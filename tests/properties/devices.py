@@ -141,18 +141,48 @@ def add_matrices(sketch):
         sketch.attach(block[name], role)
 
 
+def matrices_of_state(sketch, n, m, x):
+    """J, R, G and perhaps P, S, N, each constant, a function of the state or a sympy matrix: ``A + B sin(x[k])``."""
+    rng, k = sketch.rng, int(sketch.rng.integers(n))
+    root, some = rng.normal(size=(n + m, n + m)), rng.uniform(0.0, 0.9, n + m)
+    loss, part = root @ root.T, (root * some) @ root.T  # loss + part sin(x) is definite
+    inner, outer = slice(n), slice(n, None)
+    pairs = [
+        {"J": (skew(rng, n), skew(rng, n))},
+        {"G": (rng.normal(size=(n, m)), 0.5 * rng.normal(size=(n, m)))},
+    ]
+    blocks = {"R": (inner, inner)}
+    if sketch.choose([False, True]):
+        blocks |= {"P": (inner, outer), "S": (outer, outer)}
+        pairs.append({"N": (skew(rng, m), skew(rng, m))})
+    if len(blocks) == 3 or sketch.choose([False, True]):
+        pairs.append({letter: (loss[at], part[at]) for letter, at in blocks.items()})
+
+    def varying(A, B):
+        return lambda x: A + B * np.sin(x[k])
+
+    made = {}
+    for together in pairs:
+        kind = sketch.choose(["constant", "function", "expression"])
+        for letter, (A, B) in together.items():
+            if kind == "expression":
+                made[letter] = sympy.Matrix(A) + sympy.sin(x[k]) * sympy.Matrix(B)
+            else:
+                made[letter] = A if kind == "constant" else varying(A, B)
+    return made
+
+
 def add_energy(sketch):
-    """A block with an energy that is not quadratic."""
+    """A block with an energy that is not quadratic, and matrices that depend on the state."""
     ports, roles, m = typed_ports(sketch)
     rng, n = sketch.rng, m + sketch.choose([0, 1])
     x = sympy.symbols(f"x:{n}")
     square = sum(xi**2 for xi in x)
     H = sketch.choose([square / 2 + square**2 / 4, sympy.sqrt(1 + square), sum(sympy.cosh(xi) for xi in x)])
-    J, G = skew(rng, n), rng.normal(size=(n, m))
-    R = sketch.choose([np.zeros((n, n)), 0.1 * np.eye(n)])
+    options = matrices_of_state(sketch, n, m, x)
     name = sketch.name("CustomBlock")
     start = 0.1 * rng.normal(size=n)
-    block = sketch.diagram.add(ph.CustomBlock.from_sympy(name, H, x, J=J, R=R, G=G, ports=ports, start=start))
+    block = sketch.diagram.add(ph.CustomBlock.from_sympy(name, H, x, **options, ports=ports, start=start))
     for port, role in roles.items():
         sketch.attach(block[port], role)
 

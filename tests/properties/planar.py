@@ -29,10 +29,10 @@ def commit(sketch):
             welded.append(twin)
             (d.pin if twin is None else d.weld)(*anchors)
         elif node.domain != ph.ROTATION:
-            d.connect(*node.ports)
+            d.connect(*node.ports, apart=True)
     for node in joined:
         if node.domain == ph.ROTATION and node not in welded:
-            d.connect(*node.ports)
+            d.connect(*node.ports, apart=True)
     exposed = [e.port for e in d.network.exposures()]
     for node in sketch.nodes:
         port = node.ports[0]

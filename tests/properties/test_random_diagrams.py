@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, event, given, settings
 from hypothesis import strategies as st
 
 import phblocks as ph
+from tests.properties.exchange import assert_ports_exchange_what_matrices_say
 
 ENDS = ("free", "pinned", "clamped", "guided")
 STEPS = 10
@@ -228,6 +229,7 @@ def check(scene, counter):
         return
     assert system.report.ok
     check_structure(system, scene.seed)
+    assert_ports_exchange_what_matrices_say(system, scene.diagram.network, scene.seed, count=1)
     start = random_state(system, scene.seed, scene.energy)
     solution = ph.simulate(system, STEPS * scene.dt, scene.dt, start=start, inputs=scene.inputs, max_halvings=6)
     # a run with a large force may end early, but not silently, and what was done till then is right

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import phblocks as ph
 from phblocks.blocks.block import Block
 from tests.properties import planar
+from tests.properties.exchange import assert_ports_exchange_what_matrices_say
 from tests.properties.properties import (
     STEPS,
     assert_balanced,
@@ -44,6 +45,7 @@ def check(diagram, seed, counter, folder):
         check_refused(diagram, error, seed)
         return
     assert_structure(system, seed)
+    assert_ports_exchange_what_matrices_say(system, diagram.network, seed)
     assert_order_does_not_matter(diagram, system, seed)
     dt = 10.0 ** np.random.default_rng(seed).uniform(-4.5, -2.0)
     inputs = inputs_of(diagram, seed)
@@ -67,6 +69,7 @@ def check(diagram, seed, counter, folder):
     counter[solution.status.name] += 1
     counter["with multipliers"] += bool(system.constraint_names)
     counter["not quadratic"] += not system.quadratic
+    counter["functions of the state"] += bool(system.modulations)
     counter.update({type(block).__name__ for block in diagram.network.blocks.values()})
 
 
@@ -90,6 +93,7 @@ def assert_all_was_drawn(counter, share):
     assert counter["step failed"] <= 0.05 * counter["all"], counter
     assert counter["with multipliers"] >= 0.3 * ran, counter
     assert counter["not quadratic"] >= 0.03 * ran, counter
+    assert counter["functions of the state"] >= 0.03 * ran, counter
 
 
 def draw_and_check(count, folder, **options):

@@ -235,6 +235,11 @@ class Beam(Block):
             result.append(Alternative(self._like("", np.array([0.0, 0.5, 1.0])), what))
         return result
 
+    @property
+    def coarsest(self) -> Beam:
+        """The beam in two elements of degree one, without damping and loads; two, as its ends may need a switch."""
+        return Beam(self.name, self.section, self._start, self._end, 2, curvature=self.curvature)
+
     def split(self, at: float) -> tuple[Beam, Beam]:
         """Cut the beam in two: blocks of their own, to be joined with ``weld(first.end, second.start)``.
 

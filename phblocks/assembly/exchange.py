@@ -1,0 +1,63 @@
+"""The ports on both sides of each connection, as the blocks give them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from phblocks.assembly.layout import Layout
+from phblocks.frames import NO_TURN, Turn
+from phblocks.ports import Port
+from phblocks.system import Angles, Exchange
+from phblocks.triplets import Ints, Triplets
+
+
+def find_exchange(layout: Layout, pairs: Sequence[tuple[Port, Port]], place: Ints, n_theta: int) -> Exchange:
+    """List what the ports of all connections give.
+
+    Parameters
+    ----------
+    layout : Layout
+        Numbering and orientations.
+    pairs : sequence of (Port, Port)
+        The giving and the taking port of each connection.
+    place : numpy.ndarray
+        New number of each rotation state, -1 if dropped.
+    n_theta : int
+        How many are kept.
+
+    Returns
+    -------
+    Exchange
+        In coordinates of blocks.
+    """
+    space = layout.network.space
+    outputs: list[Triplets] = []
+    turns: list[Turn] = []
+    lines: list[int] = []
+    members: tuple[list[tuple[int, int]], list[tuple[int, int]]] = ([], [])
+    for number, pair in enumerate(pairs):
+        for port, member in zip(pair, members, strict=True):
+            for points, output in layout.pieces(port):
+                turn = points if isinstance(points, Turn) and space.turns(port.domain.turns_with) else NO_TURN
+                member.append((number, len(turns)))
+                outputs.append(output.shifted(len(turns) * space.dimension, 0))
+                lines.append(-1 if isinstance(points, Turn) else points)
+                turns.append(turn)
+    rows = [(p, place[i], w) for p, t in enumerate(turns) for i, w in zip(t.places, t.weights, strict=True)]
+    kept = np.array([row for row in rows if row[1] >= 0]).reshape(-1, 3)
+    giving, taking = (
+        Triplets.of(*np.array(m, dtype=np.int64).reshape(-1, 2).T, values=1.0).csr((len(pairs), len(turns)))
+        for m in members
+    )
+    return Exchange(
+        outputs=Triplets.join(outputs).csr((len(turns) * space.dimension, layout.n)),
+        frames=Angles(
+            Triplets.of(kept[:, 0], kept[:, 1], values=kept[:, 2]).csr((len(turns), n_theta)),
+            np.array([t.reference for t in turns]),
+        ),
+        line=np.array(lines, dtype=np.int64),
+        giving=giving,
+        taking=taking,
+    )
