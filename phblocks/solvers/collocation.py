@@ -303,7 +303,7 @@ class ModeSolver:
 
     @property
     def arrays(self) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """The last factor of the real mode and of the complex one, for compiled code; arrays of size 0 if there is none.
+        """The last factors of the real mode and of the complex one, for compiled code; of size 0 if there is none.
 
         For each: factor, half-bandwidth, pivots, weights into the mode and out of it, room for the right-hand side.
         """
