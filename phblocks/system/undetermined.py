@@ -53,7 +53,8 @@ def require_determined(system: System, constraints: Constraints) -> None:
     vectors = np.linalg.solve(vectors[:, pivots], vectors)
     vectors = np.where(np.abs(vectors) > SMALL * np.abs(vectors).max(), vectors, 0.0) * constraints.scale
     told = [_at_ports(system, vector) for vector in vectors]
-    blocks = [part.name for part in system.parts if vectors[:, part.states].any()]
+    of_blocks = system.sharing.expand(vectors)
+    blocks = [part.name for part in system.parts if of_blocks[:, part.states].any()]
     calls = [name + made_by(system, name) for name in blocks]
     raise UndeterminedError(
         f"{', '.join(calls)} of system {system.name!r}",
@@ -89,8 +90,9 @@ def made_by(system: System, block: str) -> str:
 def _at_ports(system: System, vector: Floats) -> str:
     """What a vector of states is at the ports that give it, scaled to a largest value of one."""
     values: dict[str, Floats] = {}
+    coordinates = system.sharing.expand(vector)
     for part in system.parts:
-        n = vector[part.states]
+        n = coordinates[part.states]
         for name, port in part.form.ports.items() if n.any() else ():
             given = sum(
                 piece.output.csr((piece.output.indices[0].max() + 1, part.form.size)) @ n for piece in port.pieces

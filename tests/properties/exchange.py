@@ -48,6 +48,8 @@ def to_fixed_frame(system, port, piece, x, theta):
 
 
 def orientation(system, anchor, theta):
+    if anchor is None:  # a port of matrices: its vectors are in the fixed frame
+        return 0.0
     places, weights, reference = system.anchor_angles[anchor.path]
     return reference + theta[places] @ weights
 

@@ -108,19 +108,17 @@ def add_fitting(sketch, what, place):
 def add_joint(sketch, first, second):
     """Hold two hubs (a node of translation, and one of rotation or None) together by a joint that takes velocity."""
     turning = first[1] is not None and second[1] is not None
-    kind = sketch.choose(["pin", "slider", *(["weld", "rail", "bushing", "guide", "slot"] if turning else [])])
+    places = [p.anchor.position for p in first[0].ports if p.anchor is not None and p.anchor.position is not None]
+    guided = ["guide", "slot"] if places else []
+    kind = sketch.choose(["pin", "slider", *(["weld", "rail", "bushing", *guided] if turning else [])])
     if kind == "bushing":
         stiffness = np.array([[3e3, 2e2, 10.0], [2e2, 2e3, 5.0], [10.0, 5.0, 40.0]]) * sketch.size(0.1, 100.0)
         damping = sketch.choose([None, np.diag([1.0, 0.0, 0.1]), stiffness * 1e-3])
         joint = sketch.add(ph.Bushing, stiffness, damping, angle=sketch.rng.uniform(-3.0, 3.0))
         ports = [anchor.ports for anchor in (joint.first, joint.second)]
     elif kind in ("guide", "slot"):  # a slider on a guide that turns with the first side
-        anchors = [p.anchor for p in first[0].ports if p.anchor is not None]
-        place = next(a.position for a in anchors if a.position is not None)
-        turns = kind == "slot"
-        joint = sketch.add(
-            ph.Slider, tuple(sketch.rng.normal(size=2)), turns=turns, guide="first", start=place, end=place
-        )
+        along, turns = tuple(sketch.rng.normal(size=2)), kind == "slot"
+        joint = sketch.add(ph.Slider, along, turns=turns, guide="first", start=places[0], end=places[0])
         ports = [[joint.first, joint.first_rotation], [joint.second, *([] if turns else [joint.second_rotation])]]
     else:
         turns = kind in ("pin", "slider")

@@ -179,3 +179,18 @@ def test_the_same_ring_without_loss_is_refused_where_it_is_singular():
             assert "voltage of one." in got and "current of two." in got
         else:
             d.compile()
+
+
+def test_a_ring_beside_beams_that_share_their_states():
+    """The vectors are of states, the ports of blocks: two beams that share come first here."""
+    section = ph.Section(axial=1e4, shear=1e4, bending=10.0, mass=1.0, rotary=1e-3)
+    d = ph.Diagram()
+    a, b = (d.add(ph.Beam(n, section, (i, 0.0), (i + 1, 0.0), elements=2)) for n, i in (("a", 0.0), ("b", 1.0)))
+    d.weld(a.end, b.start)
+    gears = [d.add(ph.Transformer(f"gear {i}", 1.0, multiplier=True)) for i in range(2)]
+    shaft = d.add(ph.RigidBody("shaft", 1.0, 1.0, (5.0, 0.0)))
+    d.connect(gears[0].first, gears[1].first, shaft.centre.rotation)
+    d.connect(gears[0].second, gears[1].second, d.ground.rotation)
+    with pytest.raises((UndeterminedError, ConstraintError), match="gear"):
+        d.compile()
+    assert d.check().shared
