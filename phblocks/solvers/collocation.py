@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from phblocks.solvers.linear import BandedSolver, linear_solver
+from phblocks.solvers.linear import linear_solver
 from phblocks.solvers.stage import StageEquation
 from phblocks.system import System
 from phblocks.triplets import Floats, Ints
-
-#: Entries, columns and starts of rows of a sparse matrix.
-Arrays = tuple[Floats, NDArray[np.int32], NDArray[np.int32]]
 
 
 @dataclass(frozen=True)
@@ -88,19 +86,23 @@ class CollocationEquation(StageEquation):
     ----------
     system : System
         The system to integrate.
-    collocation : Collocation
-        The coefficients.
+    stages : int
+        Of the method.
 
     Notes
     -----
     E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.8, doi:10.1007/978-3-642-05221-7.
     """
 
-    def __init__(self, system: System, collocation: Collocation) -> None:
+    def __init__(self, system: System, stages: int) -> None:
         super().__init__(system)
-        self.collocation = collocation
+        self.collocation = collocation = Collocation.gauss(stages)
         self.modes = Modes.of(collocation.A)
         self._inverse = collocation.inverse
+
+    def _make_all(self) -> None:
+        super()._make_all()
+        _ = self.tables
 
     def begin_step(self, x: Floats, theta: Floats, dt: float, u: Floats) -> None:
         """Fix the data of a step.
@@ -123,43 +125,6 @@ class CollocationEquation(StageEquation):
         self._kappa_given = self._kappa_gravity[:, None] + self._kappa_input @ u.T
         self._known_force = self._inputs @ u.T
         self._dt = dt
-
-    @property
-    def matrices(self) -> tuple[Arrays, Arrays, Ints, Ints]:
-        """What does not change, for compiled code: the two sparse products, pairs of factors, feature of each pair."""
-        parts = self._parts
-        return _arrays(parts.stacked), _arrays(parts.forces), parts.pairs, self._feature
-
-    @property
-    def sizes(self) -> tuple[int, int, int]:
-        """Numbers of angles, of modulated pairs, and of angles that are not of lines."""
-        return self._turn.shape[0], self._kappa.shape[0], self._n_angles
-
-    @property
-    def products(self) -> int:
-        """Number of terms that are summed into the force."""
-        return int(self._parts.forces.shape[1])
-
-    @property
-    def line_arrays(self) -> tuple[Arrays, Arrays, Floats, NDArray[np.bool_]]:
-        """Span, stretch, free length and whether it is taut, of the line of each direction."""
-        lines = self._line_data
-        none = _arrays(sp.csr_array((0, self.n)))
-        if lines is None:
-            return none, none, np.empty(0), np.empty(0, dtype=bool)
-        return _arrays(lines.span), _arrays(lines.stretch), lines.free, lines.taut
-
-    @property
-    def step_arrays(self) -> tuple[Floats, ...]:
-        """The data of the step, for compiled code."""
-        return (
-            self._alpha_known,
-            self._kappa_given,
-            self._momentum[:, 0],
-            self._known_force,
-            self._rate_weights,
-            self._turn_weights,
-        )
 
     def residual(self, z: Floats) -> Floats:
         """Evaluate the residual.
@@ -227,10 +192,59 @@ class CollocationEquation(StageEquation):
         force = forced + abs(self._parts).summed(size, np.abs(self._at[1])) + known
         return float(np.finfo(float).eps * np.linalg.norm(rates + force))
 
+    @cached_property
+    def tables(self) -> Tables:
+        """What does not change during a run, for compiled code; copies: SciPy sorts entries when it pleases."""
+        parts, lines = self._parts, self._line_data
+        first, by_angle, by_lines = self._modulation_parts
+        none = _arrays(sp.csr_array((0, self.n)))
+        line: tuple[Any, ...] = (none, none, np.empty(0), np.empty(0, dtype=bool))
+        if lines is not None:
+            line = (_arrays(lines.span), _arrays(lines.stretch), lines.free.copy(), lines.taut.copy())
+        by_mean = sp.csr_array(sp.hstack([self._cubic, first, *([by_lines] if lines is not None else [])]))
+        width = max(1, int(np.abs(self.rows - self.columns).max(initial=0)))
+        spot = self.columns * (3 * width + 1) + 2 * width + self.rows - self.columns
+        jacobian = (_arrays(by_mean), _arrays(by_angle), self._rest.copy(), self.mass.copy(), spot.astype(np.int64))
+        sizes = self._turn.shape[0], self._n_angles
+        feature = self._feature.astype(np.int64)
+        equation = (
+            _arrays(parts.stacked), _arrays(parts.forces), parts.pairs.astype(np.int64), feature, sizes, line, jacobian
+        )  # fmt: skip
+        turn = (
+            _arrays(self._alpha_rows), self._alpha_reference.copy(), self.collocation.end,
+            self.collocation.extrapolation, _arrays(self._rates),
+        )  # fmt: skip
+        inputs = (self._kappa_gravity, self._kappa_input, self._inputs, self.system.input_rates)
+        return Tables(equation, turn, inputs, width)
 
-def _arrays(matrix: sp.csr_array) -> Arrays:
-    # copies: SciPy sorts entries in place when it pleases
+
+def _arrays(matrix: sp.csr_array) -> tuple[Floats, NDArray[np.int32], NDArray[np.int32]]:
     return matrix.data.copy(), matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What does not change during a run, as plain arrays.
+
+    Parameters
+    ----------
+    equation : tuple
+        What is linear in the unknowns (angles, modulated quantities, E, J0 - R: one below the other), what sums
+        products into forces, factors of these products, feature of each pair, numbers of angles (all, of joints),
+        lines, and the matrices of the Jacobian: by the mean of the stages, by turning, constant, mass, places.
+    turn : tuple
+        Angles by rotation states, their references, weights of the stages at the end of the step, the same for states
+        without rate, and rates of the rotation states.
+    inputs : tuple
+        Modulated quantities without inputs and by inputs, forces and rotation rates by inputs.
+    width : int
+        Half-bandwidth.
+    """
+
+    equation: tuple[Any, ...]
+    turn: tuple[Any, ...]
+    inputs: tuple[Any, ...]
+    width: int
 
 
 @dataclass(frozen=True)
@@ -294,33 +308,6 @@ class ModeSolver:
             width = 2 if value.imag else 1
             pair = np.stack([left.real, left.imag], axis=1), np.stack([right.real, -right.imag])
             self._parts.append((solver, kind, pair[0][:, :width].copy(), pair[1][:width].copy()))
-        self._room = [np.empty(n, dtype=kind) for _, kind, _, _ in self._parts]
-
-    @property
-    def banded(self) -> bool:
-        """Whether all factors are banded ones of LAPACK."""
-        return all(isinstance(solver, BandedSolver) for solver, _, _, _ in self._parts)
-
-    @property
-    def arrays(self) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """The last factors of the real mode and of the complex one, for compiled code; of size 0 if there is none.
-
-        For each: factor, half-bandwidth, pivots, weights into the mode and out of it, room for the right-hand side.
-        """
-        result = []
-        for wanted in (float, complex):
-            none = np.empty(0, dtype=wanted)
-            found = (none.reshape(0, 0), 0, np.empty(0, dtype=np.int32), none, none, none)
-            for i, (solver, kind, left, right) in enumerate(self._parts):
-                if kind is wanted and isinstance(solver, BandedSolver):
-                    factor, pivots = solver.factor
-                    if kind is float:
-                        weights = left[:, 0].copy(), right[0].copy()
-                    else:
-                        weights = left[:, 0] + 1j * left[:, 1], right[0] - 1j * right[1]
-                    found = (factor, solver.width, pivots, *weights, self._room[i])
-            result.append(found)
-        return result[0], result[1]
 
     def factorise(self, data: Floats) -> bool:
         """Factorise; return False if a matrix is singular.

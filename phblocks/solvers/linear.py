@@ -79,11 +79,6 @@ class BandedSolver:
         self._factor = self._band
         self._pivots = np.empty(0, dtype=np.int32)
 
-    @property
-    def factor(self) -> tuple[NDArray[Any], NDArray[np.int32]]:
-        """The last factor: the columns of LAPACK's array, shape (n, 3 width + 1), and the pivots."""
-        return self._factor.T, self._pivots
-
     def factorise(self, data: Floats) -> bool:
         """Factorise; return False if the matrix is singular.
 
