@@ -107,7 +107,7 @@ def test_runs_at_the_same_time_do_not_disturb_each_other(four_bar):
     steppers = [ph.Midpoint().prepare(system) for _ in range(2)]
     x, theta = steppers[0].stage.pack(system.start.x), system.start.theta
     ends = [(x, theta), (x, theta)]
-    for i in range(10):
+    for _ in range(10):
         for k, stepper in enumerate(steppers):
             dt = 0.01 if k == 0 else 0.003
             step = stepper.step(*ends[k], dt, np.zeros((1, system.n_inputs)))
