@@ -12,7 +12,7 @@ import argparse
 import math
 import statistics
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
@@ -213,6 +213,7 @@ def large_table(elements: int, steps: int, repeats: int) -> str:
     }
     for name, options in ((PEER, {}), (f"{PEER}, modified Newton", {"modified": True})):
         runs[name] = lambda o=options: exudyn_beams.rubber_pendulum(elements, 1, dt, steps * dt, **o).seconds
+    warm_up(methods.values())
     samples: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(repeats):
         for name, run in runs.items():
@@ -222,6 +223,12 @@ def large_table(elements: int, steps: int, repeats: int) -> str:
     medians = {name: statistics.median(times) for name, times in samples.items()}
     rows = [[name, f"{ms:.2f}", f"{ms / medians[PEER]:.2f}"] for name, ms in medians.items()]
     return markdown(["method", f"ms a step, {elements} elements, {steps} steps", f"times {PEER}'s"], rows)
+
+
+def warm_up(methods: Iterable[Any]) -> None:
+    """Load and compile what is loaded and compiled once a process."""
+    for method in methods:
+        timed(rubber_pendulum(4), 4, 0.005, method)
 
 
 def timed(system: ph.System, steps: int, dt: float, method: Any) -> float:
@@ -235,6 +242,7 @@ def timed(system: ph.System, steps: int, dt: float, method: Any) -> float:
 
 def growth_table(sizes: Sequence[int], repeats: int) -> str:
     """Time of a step over the number of elements: of some steps more, so that what a run needs once is not in it."""
+    warm_up([ph.Midpoint()])
     rows, costs, peer_costs, dt, clock = [], [], [], 0.005, perf_counter()
     for n in sizes:
         system = rubber_pendulum(n)

@@ -6,7 +6,20 @@ import math
 from phblocks.studies import Run
 
 TEXTS = dict.fromkeys(
-    ("platform", "cpu", "python", "numpy", "scipy", "phblocks", "status_text", "quantity", "reference", "settings"), "x"
+    (
+        "platform",
+        "cpu",
+        "python",
+        "numpy",
+        "scipy",
+        "numba",
+        "phblocks",
+        "status_text",
+        "quantity",
+        "reference",
+        "settings",
+    ),
+    "x",
 )
 NUMBERS = dict.fromkeys(("cores", "states", "steps", "newton_iterations", "repeats"), 1)
 FLOATS = dict.fromkeys(("dt", "t_end", "energy_error", "gap", "lag", "reference_uncertainty"), 0.0)
