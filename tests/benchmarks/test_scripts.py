@@ -13,13 +13,13 @@ from tests.benchmarks import compilation, newton_iteration, tables
 def test_an_iteration_is_measured():
     unknowns, width, ours, theirs = newton_iteration.measure((2, 2, 2), rounds=1)
     assert unknowns == ph.Midpoint().prepare(newton_iteration.build(elements=(2, 2, 2))[0].compile()).stage.n
-    assert width <= 8 and ours > 0.0 and theirs > 0.0
+    assert width <= 8 and min(ours) > 0.0 and theirs > 0.0
 
 
 def test_a_linear_step_is_measured():
     unknowns, width, ours, theirs = newton_iteration.measure_linear((2, 2, 2), rounds=1)
     assert unknowns == newton_iteration.measure((2, 2, 2), rounds=1)[0]
-    assert width <= 9 and ours > 0.0 and theirs > 0.0
+    assert width <= 9 and min(ours) > 0.0 and theirs > 0.0
 
 
 def test_both_codes_swing_the_same_pendulum(tmp_path):
