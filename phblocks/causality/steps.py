@@ -260,6 +260,30 @@ def _masses(network: Network, forms: Forms, conflict: Conflict, known: Collectio
     yield Step("mass", what, weigh, junction.ports, frequency=found.frequency, mass=found.value)
 
 
+def held(network: Network, meeting: Meeting) -> Network:
+    """Hold parts that all give velocity together, by joints with multipliers.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    meeting : Meeting
+        The parts.
+
+    Returns
+    -------
+    Network
+        A new one.
+    """
+
+    def make(name: str) -> Block:
+        if meeting.joint.domain is ROTATION:
+            return Transformer(name, 1.0, multiplier=True)
+        return RigidJoint(name, turns=meeting.weld is None)
+
+    return mounted(network, meeting, make)
+
+
 def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
     """A joint force of its own for parts that all give velocity."""
     for meeting, again in _meetings(network, conflict):
@@ -268,13 +292,7 @@ def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
             meeting = again(network)
             if meeting is None:
                 return network
-
-            def make(name: str) -> Block:
-                if meeting.joint.domain is ROTATION:
-                    return Transformer(name, 1.0, multiplier=True)
-                return RigidJoint(name, turns=meeting.weld is None)
-
-            return mounted(network, meeting, make)
+            return held(network, meeting)
 
         names = enumerated(sorted(set(meeting.names)), ", ", "parts")
         what = f"hold {names} together by a multiplier (multiplier=True)"
