@@ -153,8 +153,6 @@ class Block(ABC):
     shared = False
     #: What is left out in this block; ``None`` leaves the choice to the diagram.
     approximation: Approximation | None = None
-    #: Its ports give velocity because of an approximation: where others give too, multipliers hold them together.
-    held = False
 
     def __init__(self, name: str) -> None:
         if not isinstance(name, str):
@@ -206,6 +204,11 @@ class Block(ABC):
         Form
             The block in its own coordinates.
         """
+
+    @property
+    def held(self) -> bool:
+        """Whether its ports only give because of an approximation: multipliers hold them where others give too."""
+        return False
 
     @property
     def kept(self) -> Approximation:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from phblocks.approximation import Approximation
-from phblocks.blocks.form import AngleRows, Form, Piece
+from phblocks.blocks.form import FIXED, AngleRows, Form, Piece
 from phblocks.triplets import Floats, Triplets
 
 
@@ -29,7 +29,7 @@ def reduced(form: Form, kept: Approximation, angles: Mapping[str, float]) -> For
     Form
         The very same object if nothing is left out.
     """
-    if kept.large_rotation is False and (form.T.values.size or form.rotation_states.size):
+    if kept.large_rotation is False and (form.T.values.size or form.rotation_states.size or form.lines):
         form = frozen(form, angles)
     if not kept.gravity and form.points is not None:
         form = replace(form, points=replace(form.points, weighs=False))
@@ -49,20 +49,20 @@ def frozen(form: Form, angles: Mapping[str, float]) -> Form:
     Returns
     -------
     Form
-        Linear but for its lines of action: ``J = J0 + T x_start``.
+        Linear: ``J = J0 + T x_start``, and lines of action keep their initial direction.
     """
     J0 = form.J0 if form.start is None else Triplets.join([form.J0, form.T.contracted(form.start)])
     return replace(
         form,
         J0=J0,
         T=Triplets.empty(3),
-        ports={name: replace(port, pieces=_held(port.pieces)) for name, port in form.ports.items()},
+        ports={name: replace(port, pieces=_held(form, port.pieces)) for name, port in form.ports.items()},
         orientations={
             name: _constant(np.array([angles[name]]) if rows is None else rows.reference)
             for name, rows in form.orientations.items()
         },
         points=None if form.points is None else replace(form.points, angle=_constant(form.points.angle.reference)),
-        loads={name: _held(pieces) for name, pieces in form.loads.items()},
+        loads={name: _held(form, pieces) for name, pieces in form.loads.items()},
         frozen=True,
     )
 
@@ -71,8 +71,17 @@ def _constant(reference: Floats) -> AngleRows:
     return AngleRows(Triplets.empty(), reference)
 
 
-def _held(pieces: Sequence[Piece]) -> tuple[Piece, ...]:
-    return tuple(
-        replace(piece, frame=_constant(piece.frame.reference)) if isinstance(piece.frame, AngleRows) else piece
-        for piece in pieces
-    )
+def _held(form: Form, pieces: Sequence[Piece]) -> tuple[Piece, ...]:
+    return tuple(_still(form, piece) for piece in pieces)
+
+
+def _still(form: Form, piece: Piece) -> Piece:
+    if piece.line is not None:  # a line is a state of the configuration, so the block has a start
+        assert form.start is not None
+        first = form.lines[piece.line].span
+        unit = form.start[first : first + 2] / np.linalg.norm(form.start[first : first + 2])
+        state, values = piece.output.indices[1], piece.output.values
+        return Piece(Triplets.of([[0], [1]], state[None], values=unit[:, None] * values), FIXED)
+    if isinstance(piece.frame, AngleRows):
+        return replace(piece, frame=_constant(piece.frame.reference))
+    return piece

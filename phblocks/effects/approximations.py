@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from phblocks.approximation import Approximation
 from phblocks.blocks.block import Block
-from phblocks.causality.edits import Meeting, rebuilt
+from phblocks.causality.edits import rebuilt
+from phblocks.causality.meetings import Meeting
 from phblocks.causality.steps import held
 from phblocks.effects.record import Effect
 from phblocks.nesting import twin_of
@@ -31,27 +32,17 @@ def approximated(network: Network, approximation: Approximation | None = None) -
     if approximation is not None:
         silent = [b for b in network.blocks.values() if b.approximation is None and not b.shared]
         network = rebuilt(network, {block.name: _twin(block, approximation) for block in silent})
-    while (meeting := _next_meeting(network)) is not None:
-        network = held(network, meeting)
-    return network
+    if not any(block.held for block in network.blocks.values()):
+        return network
+    joints = [j for j in network.junctions() if any(port.block.held for port in j.ports)]
+    meetings = [meeting for j in joints if (meeting := Meeting.at(network, j)) is not None]
+    return held(network, meetings)
 
 
 def _twin(block: Block, approximation: Approximation) -> Block:
     twin = twin_of(block, "")
     twin.approximation, twin.original = approximation, block.original
     return twin
-
-
-def _next_meeting(network: Network) -> Meeting | None:
-    """Parts of which one gives by request only, where others can only give too."""
-    if not any(block.held for block in network.blocks.values()):
-        return None
-    for junction in network.junctions():
-        if any(port.block.held for port in junction.ports):
-            meeting = Meeting.of(network, junction.ports)
-            if meeting is not None:
-                return meeting
-    return None
 
 
 def requested(system: System) -> tuple[Effect, ...]:

@@ -118,11 +118,11 @@ def _imposes_spin(system: System, number: int) -> bool:
 
 def _first_frequency(system: System, part: Part) -> float | None:
     """The lowest frequency of a mode that the block takes part in, rad/s."""
-    modes = system.modes(MODES)
-    shapes = system.sharing.expand(modes.shapes[: system.n].T)
-    E = part.form.E.csr((part.form.size,) * 2)
-    own = shapes[:, part.states]
-    share = 0.5 * np.einsum("mi,mi->m", own.conj(), (E @ own.T).T).real
+    modes, E = system.modes(MODES), part.form.E.csr((part.form.size,) * 2)
+    share = np.zeros(modes.frequencies.size)
+    for shapes in (modes.shapes.real, modes.shapes.imag):  # of unit energy
+        own = system.sharing.of_block(shapes[: system.n].T, part.states)
+        share += 0.5 * np.einsum("mi,mi->m", own, (E @ own.T).T)
     found = np.flatnonzero(share >= SHARE)
     return float(modes.frequencies[found[0]]) if found.size else None
 

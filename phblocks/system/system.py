@@ -328,7 +328,7 @@ class System:
         """
         carry = np.array([kind not in (NO_ENERGY, CONFIGURATION) for kind in self.energy_kinds], dtype=bool)
         # a state that blocks share stores energy if it does in one of them
-        carries = abs(self.sharing.expansion).T @ carry[self.energy_kind_of_coordinate].astype(float) > 0.0
+        carries = np.asarray(abs(self.sharing.expansion).T @ carry[self.energy_kind_of_coordinate].astype(float)) > 0.0
         for storage in self.storages:
             carries[storage.energy] = False
         return carries

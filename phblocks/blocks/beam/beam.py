@@ -349,9 +349,7 @@ class Beam(Block):
         if self.damping is not None and not self.kept.internal_damping:
             damped = self.damping.times > 0.0
             found["internal_damping"] = sum(
-                run.positions.size
-                for run in form.runs
-                if damped[component_index(run.field[0], int(run.field[1]) - 1)]
+                run.positions.size for run in form.runs if damped[component_index(run.field[0], int(run.field[1]) - 1)]
             )
         return found
 

@@ -1,4 +1,4 @@
-"""What the approximations make of the numbers of a beam: compliances and inertias of zero, and states without energy."""
+"""What is left out of the numbers of a beam: compliances and inertias of zero, and so states without energy."""
 
 from __future__ import annotations
 
@@ -90,7 +90,9 @@ def without_energy(runs: Sequence[StateRun], coefficients: Floats) -> Sequence[S
         The same states.
     """
     return tuple(
-        replace(run, energy=NO_ENERGY) if coefficients[component_index(run.field[0], int(run.field[1]) - 1)] == 0.0 else run
+        replace(run, energy=NO_ENERGY)
+        if coefficients[component_index(run.field[0], int(run.field[1]) - 1)] == 0.0
+        else run
         for run in runs
     )
 

@@ -139,8 +139,9 @@ class RigidBeamForm(BodyForm):
 
     def velocity(self, history: History, place: Place) -> Floats:
         """Read the velocity in the frame of the cross section; see :meth:`Form.velocity`."""
-        body = super().velocity(history, self._lever(place))
-        return rotate(np.array(-self.line.curvature * self.line.length * fraction(place)), body)
+        arm = rotate(super().angle(history, place), np.asarray(self._lever(place)))
+        fixed = history.x[:, :2] + history.x[:, 2:3] * (arm @ QUARTER.T)
+        return rotate(-self.angle(history, place), fixed)
 
     def angle(self, history: History, place: Place) -> Floats:
         """Read the orientation of a cross section; see :meth:`Form.angle`."""
@@ -220,7 +221,9 @@ def _load(load: LineLoad, line: RigidLine) -> Sequence[Piece]:
         return (Piece(Triplets.of([0, 1], [0, 1], values=line.length), FIXED),)
     s, weights = gauss(POINTS)
     turned = line.curvature * line.length * s
-    force = sum(line.length * w * (np.cos(a) * np.eye(2) + np.sin(a) * QUARTER) for w, a in zip(weights, turned, strict=True))
+    force = sum(
+        line.length * w * (np.cos(a) * np.eye(2) + np.sin(a) * QUARTER) for w, a in zip(weights, turned, strict=True)
+    )
     arms = rotate(-turned, line.lever(s))  # in the frames of the cross sections
     moment = line.length * weights @ (arms @ QUARTER.T)
     component, state = np.meshgrid([0, 1], [0, 1], indexing="ij")
