@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
-from phblocks.effects.justification import require_slow, warn_of_turns
+from phblocks.effects.justification import require_slow, warn_of_turns, watched
 from phblocks.errors import ArgumentTypeError, DataError, StructureError
 from phblocks.inputs import Drive, NotFinite
 from phblocks.results.recording import Recorder
@@ -147,10 +147,10 @@ def simulate(
     clock = perf_counter()
     change = 0.0
     with suppress(NotFinite):  # the first step will say so
-        u = drive.at([0.0])[0]
-        require_slow(system, state, u)
+        if watched(system):
+            require_slow(system, state, drive.at([0.0])[0])
         if system.is_dae:
-            state, change = consistent_start(system, state, u)
+            state, change = consistent_start(system, state, drive.at([0.0])[0])
     walk: Walk
     if isinstance(method, Integrator):
         walk = method.integrate(system, drive, state, schedule)

@@ -228,7 +228,7 @@ class Block(ABC):
         Form
             That of :meth:`form` if everything is kept.
         """
-        angles = {name: anchor.angle for name, anchor in self.anchors.items()}
+        angles = {p.anchor.name: p.anchor.angle for p in self.ports.values() if p.anchor is not None}
         return reduced(self.form(gives), self.kept, angles)
 
     def left_out(self, form: Form) -> Mapping[str, int]:

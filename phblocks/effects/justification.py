@@ -8,7 +8,7 @@ the spin, and above f it diverges. In truth the tension of the spin makes it sti
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -56,6 +56,22 @@ def _number(signal: object) -> float:
     return float(array.ravel()[0]) if array is not None and array.size == 1 else 0.0
 
 
+def watched(system: System) -> Sequence[Part]:
+    """List the blocks whose large rotations are left out, and not on insistence.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+
+    Returns
+    -------
+    sequence of Part
+        None in most systems.
+    """
+    return [part for part in system.parts if part.form.frozen and not part.block.kept.insist]
+
+
 def require_slow(system: System, state: State, u: Floats) -> None:
     """Refuse spins at which the linear theory is wrong.
 
@@ -73,11 +89,8 @@ def require_slow(system: System, state: State, u: Floats) -> None:
     ApproximationError
         If a block without large rotations spins faster than a tenth of its first frequency.
     """
-    watched = list(_watched(system))
-    if not watched:
-        return
     x = system.sharing.expand(state.x)
-    for part in watched:
+    for part in watched(system):
         spin = max(np.abs(x[part.states][part.form.rotation_states]).max(initial=0.0), _driven(system, part, u))
         if spin == 0.0:
             continue
@@ -97,11 +110,6 @@ def _refusal(name: str, spin: float, first: float) -> ApproximationError:
         got=f"{spin:.4g} rad/s, where a linear model loses the centrifugal stiffening: {fate}",
         fix='Use large_rotation="second-order" or True, or insist=True if that is known.',
     )
-
-
-def _watched(system: System) -> Iterator[Part]:
-    """Blocks whose large rotations are left out, and not on insistence."""
-    return (part for part in system.parts if part.form.frozen and not part.block.kept.insist)
 
 
 def _driven(system: System, part: Part, u: Floats) -> float:
@@ -137,7 +145,7 @@ def warn_of_turns(system: System, theta: Floats) -> None:
     theta : numpy.ndarray
         Rotation states of a run, shape (times, n_theta), rad.
     """
-    for part in _watched(system):
+    for part in watched(system):
         turned = np.abs(theta[:, part.theta]).max(initial=0.0)
         if turned > SMALL_TURN:
             warnings.warn(
