@@ -39,7 +39,7 @@ def rebuilt(network: Network, blocks: Mapping[str, Block | None], ports: Mapping
     for junction in network.joined:
         moved = tuple(dict.fromkeys(place.get(p, p) for p in junction.ports))
         moved = tuple(p for p in moved if result.blocks.get(p.block.name) is p.block)
-        if moved == junction.ports or len(moved) > 1:
+        if len(moved) > 1 or len(moved) == len(junction.ports):
             result.join(Junction(moved, junction.made_by))
     for e in network.exposed:
         port = place.get(e.port, e.port)

@@ -37,14 +37,17 @@ def justified(system: System) -> System:
     Returns
     -------
     System
-        With its record.
+        With its record; the very same object if nothing is left out.
 
     Raises
     ------
     ApproximationError
         If a block without large rotations is driven at more than a tenth of its first frequency.
     """
-    system = replace(system, approximations=requested(system))
+    record = requested(system)
+    if not record:
+        return system
+    system = replace(system, approximations=record)
     known = [0.0 if i.signal is None or callable(i.signal) else _number(i.signal) for i in system.inputs]
     require_slow(system, system.start, np.array(known))
     return system

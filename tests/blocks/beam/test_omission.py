@@ -122,3 +122,19 @@ def test_energy_balances_in_every_scene(scenes, name, approximation):
     size = max(abs(solution.energy["kinetic"]).max(), abs(solution.energy["strain"]).max())
     assert solution.max_power_balance_error < 1e-12 * max(size, 1.0)
     assert solution.power.block_errors and max(solution.power.block_errors.values()) < 1e-11 * max(size, 1.0)
+
+
+def test_a_start_that_stretches_what_cannot_be_stretched_is_projected():
+    """V1 = s on a free beam of 1 m and 1.2 kg becomes its mean 1/2: rhoA L / 24 less energy, and no force ever after."""
+    d = ph.Diagram("free")
+    d.add(ph.Beam("b", SECTION, (0, 0), (1, 0), elements=4, degree=2, approximation=A(extension=False)))
+    system = d.compile()
+    along = [i for i, name in enumerate(system.state_names) if ".V1[" in name]
+    x = np.zeros(system.n)
+    x[along] = system.state_positions[along]
+    start = ph.State(x, system.start.theta, system.start.points)
+    solution = ph.simulate(system, 1.0, 0.01, start=start)
+    assert solution.statistics.start_energy_change == pytest.approx(-1.2 / 24.0, rel=1e-12)
+    np.testing.assert_allclose(solution.x[:, along], 0.5, rtol=1e-12)
+    force = [i for i, name in enumerate(system.state_names) if ".N1[" in name]
+    assert np.abs(solution.x[:, force]).max() < 1e-10
