@@ -125,7 +125,7 @@ def test_energy_balances_in_every_scene(scenes, name, approximation):
 
 
 def test_a_start_that_stretches_what_cannot_be_stretched_is_projected():
-    """V1 = s on a free beam of 1 m and 1.2 kg becomes its mean 1/2: rhoA L / 24 less energy, and no force ever after."""
+    """V1 = s on a free beam of 1 m and 1.2 kg becomes its mean 1/2: rhoA L / 24 less energy, and no force after."""
     d = ph.Diagram("free")
     d.add(ph.Beam("b", SECTION, (0, 0), (1, 0), elements=4, degree=2, approximation=A(extension=False)))
     system = d.compile()
