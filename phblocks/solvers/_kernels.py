@@ -220,37 +220,40 @@ def factorise_real(tau: float, jacobian: Array, direct: Array, turned: Array, fa
     """Factorise ``mass / tau - direct - tau turned`` with partial pivots; its columns are rows of ``band``."""
     _, _, rest, mass, spot = jacobian
     band, pivots, width = factor[0], factor[2], factor[3]
-    flat = band.ravel()
+    flat, column = band.ravel(), np.empty(width + 1)
     flat[:] = 0.0
     for p in range(mass.size):
         flat[spot[p]] = mass[p] / tau - rest[p] - direct[p, 0] - tau * turned[p, 0]
-    n, d, reach = band.shape[0], 2 * width, 0
+    (n, height), reach = band.shape, 0
     for j in range(n):
-        most, big, chosen = min(width, n - 1 - j), abs(band[j, d]), 0
+        at = j * height + 2 * width  # the diagonal; in the next column, the same row is one place nearer
+        most, big, chosen = min(width, n - 1 - j), abs(flat[at]), 0
         for i in range(1, most + 1):
-            if abs(band[j, d + i]) > big:
-                big, chosen = abs(band[j, d + i]), i
+            if abs(flat[at + i]) > big:
+                big, chosen = abs(flat[at + i]), i
         if not 0.0 < big < np.inf:
             return False
-        if abs(band[j, d]) >= THRESHOLD * big:
+        if abs(flat[at]) >= THRESHOLD * big:
             chosen = 0
         pivots[j] = j + chosen
         reach = max(reach, min(j + width + chosen, n - 1))
         if chosen:
-            for k in range(j, reach + 1):
-                held = band[k, d + j - k]
-                band[k, d + j - k] = band[k, d + j + chosen - k]
-                band[k, d + j + chosen - k] = held
-        inverse = 1.0 / band[j, d]
-        for i in range(d + 1, d + most + 1):
-            band[j, i] *= inverse
-        column = band[j, d + 1 : d + most + 1]
-        for k in range(j + 1, reach + 1):
-            value = band[k, d + j - k]
+            here = at
+            for _ in range(j, reach + 1):
+                held = flat[here]
+                flat[here] = flat[here + chosen]
+                flat[here + chosen] = held
+                here += height - 1
+        inverse = 1.0 / flat[at]
+        for i in range(1, most + 1):
+            column[i] = flat[at + i] = flat[at + i] * inverse
+        here = at
+        for _ in range(j + 1, reach + 1):
+            here += height - 1
+            value = flat[here]
             if value != 0.0:
-                target = band[k, d + j - k + 1 : d + j - k + 1 + most]
-                for i in range(most):
-                    target[i] -= value * column[i]
+                for i in range(1, most + 1):
+                    flat[here + i] -= value * column[i]
     return True
 
 
@@ -258,48 +261,51 @@ def factorise_real(tau: float, jacobian: Array, direct: Array, turned: Array, fa
 def factorise_complex(tau: complex, jacobian: Array, direct: Array, turned: Array, factor: Array) -> bool:
     """The same of a complex matrix, real and imaginary parts apart."""
     _, _, rest, mass, spot = jacobian
-    re, im, pivots, width = factor
-    flat_re, flat_im = re.ravel(), im.ravel()
-    flat_re[:] = 0.0
-    flat_im[:] = 0.0
+    band_re, band_im, pivots, width = factor
+    re, im = band_re.ravel(), band_im.ravel()
+    column_re, column_im = np.empty(width + 1), np.empty(width + 1)
+    re[:] = 0.0
+    im[:] = 0.0
     rate = 1.0 / tau
     for p in range(mass.size):
-        flat_re[spot[p]] = mass[p] * rate.real - rest[p] - direct[p, 0] - tau.real * turned[p, 0]
-        flat_im[spot[p]] = mass[p] * rate.imag - tau.imag * turned[p, 0]
-    n, d, reach = re.shape[0], 2 * width, 0
+        re[spot[p]] = mass[p] * rate.real - rest[p] - direct[p, 0] - tau.real * turned[p, 0]
+        im[spot[p]] = mass[p] * rate.imag - tau.imag * turned[p, 0]
+    (n, height), reach = band_re.shape, 0
     for j in range(n):
-        most, big, chosen = min(width, n - 1 - j), abs(re[j, d]) + abs(im[j, d]), 0
+        at = j * height + 2 * width
+        most, big, chosen = min(width, n - 1 - j), abs(re[at]) + abs(im[at]), 0
         for i in range(1, most + 1):
-            size = abs(re[j, d + i]) + abs(im[j, d + i])
+            size = abs(re[at + i]) + abs(im[at + i])
             if size > big:
                 big, chosen = size, i
         if not 0.0 < big < np.inf:
             return False
-        if abs(re[j, d]) + abs(im[j, d]) >= THRESHOLD * big:
+        if abs(re[at]) + abs(im[at]) >= THRESHOLD * big:
             chosen = 0
         pivots[j] = j + chosen
         reach = max(reach, min(j + width + chosen, n - 1))
         if chosen:
-            for k in range(j, reach + 1):
-                here, there = d + j - k, d + j + chosen - k
-                held, held_im = re[k, here], im[k, here]
-                re[k, here], im[k, here] = re[k, there], im[k, there]
-                re[k, there], im[k, there] = held, held_im
-        inverse = 1.0 / complex(re[j, d], im[j, d])
-        turn_re, turn_im = inverse.real, inverse.imag
-        for i in range(d + 1, d + most + 1):
-            a, b = re[j, i], im[j, i]
-            re[j, i], im[j, i] = turn_re * a - turn_im * b, turn_re * b + turn_im * a
-        column_re, column_im = re[j, d + 1 : d + most + 1], im[j, d + 1 : d + most + 1]
-        for k in range(j + 1, reach + 1):
-            first = d + j - k
-            p, q = re[k, first], im[k, first]
-            if p != 0.0 or q != 0.0:
-                target_re = re[k, first + 1 : first + 1 + most]
-                target_im = im[k, first + 1 : first + 1 + most]
-                for i in range(most):
-                    target_re[i] -= p * column_re[i] - q * column_im[i]
-                    target_im[i] -= p * column_im[i] + q * column_re[i]
+            here = at
+            for _ in range(j, reach + 1):
+                there = here + chosen
+                held_re, held_im = re[here], im[here]
+                re[here], im[here] = re[there], im[there]
+                re[there], im[there] = held_re, held_im
+                here += height - 1
+        inverse = 1.0 / complex(re[at], im[at])
+        a, b = inverse.real, inverse.imag
+        for i in range(1, most + 1):
+            x, y = re[at + i], im[at + i]
+            column_re[i] = re[at + i] = a * x - b * y
+            column_im[i] = im[at + i] = a * y + b * x
+        here = at
+        for _ in range(j + 1, reach + 1):
+            here += height - 1
+            a, b = re[here], im[here]
+            if a != 0.0 or b != 0.0:
+                for i in range(1, most + 1):
+                    re[here + i] -= a * column_re[i] - b * column_im[i]
+                    im[here + i] -= a * column_im[i] + b * column_re[i]
     return True
 
 
