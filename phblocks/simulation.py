@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
+from phblocks.effects.justification import require_slow, warn_of_turns, watched
 from phblocks.errors import ArgumentTypeError, DataError, StructureError
 from phblocks.inputs import Drive, NotFinite
 from phblocks.results.recording import Recorder
@@ -100,6 +101,13 @@ def simulate(
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError
         If the method does not keep the energy of the system.
+    ApproximationError
+        If large rotations are left out in a block that spins too fast for that.
+
+    Warns
+    -----
+    ApproximationWarning
+        If a block without large rotations turned by more than 0.1 rad.
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")
@@ -141,8 +149,10 @@ def simulate(
     drive = Drive(system, {} if inputs is None else inputs)
     clock = perf_counter()
     change = 0.0
-    if system.is_dae:
-        with suppress(NotFinite):  # the first step will say so
+    with suppress(NotFinite):  # the first step will say so
+        if watched(system):
+            require_slow(system, state, drive.at([0.0])[0])
+        if system.is_dae:
             state, change = consistent_start(system, state, drive.at([0.0])[0])
     walk: Walk
     if isinstance(method, Integrator):
@@ -159,6 +169,7 @@ def simulate(
     preparation, clock = perf_counter() - clock, perf_counter()
     status, iterations, lag = _run(walk, recorder, t_end, system.name, progress)
     recording = recorder.finish()
+    warn_of_turns(system, recording.theta)
     statistics = Statistics(
         steps=walk.steps,
         halvings=walk.halvings,
