@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -214,7 +215,7 @@ def effects(study: EffectsStudy, *, ax: Axes | None = None) -> Axes:
     if ax is None:
         import matplotlib.pyplot as plt
 
-        _, ax = plt.subplots(figsize=(8.4, 4.2), layout="constrained")
+        _, ax = plt.subplots(figsize=(8.8, 4.2), layout="constrained")
     for number, row in enumerate(rows):
         colour = f"C{number % 10}"
         ax.plot(
@@ -225,7 +226,7 @@ def effects(study: EffectsStudy, *, ax: Axes | None = None) -> Axes:
             markersize=9.0,
             color=colour,
             markerfacecolor=colour if row.within else "none",
-            label=f"without {row.left_out}",
+            label=fill("full system" if row.left_out == "nothing" else f"without {row.left_out}", 36),
         )
     unit = f" {rows[0].unit}" if rows[0].unit else ""
     ax.axhline(rows[0].tolerance, color="black", linewidth=1.0, label=f"tolerance {rows[0].tolerance:g}{unit}")

@@ -117,6 +117,8 @@ def effect_shares(solution: Solution) -> EffectShares:
             "internal_damping": (_relative(float(ledger.dissipated[-1, number]), whole), "dissipated energy"),
         }
         for effect, states in part.block.effects(part.form).items():
+            if effect == "gravity" and not system.gravity.any():
+                continue
             stored = float(energies[:, states].sum(axis=1).max(initial=0.0))
             share, measure = others.get(effect, (_relative(stored, whole), "stored energy"))
             rows.append(Share(block=part.name, effect=effect, states=states.size, share=share, measure=measure))
