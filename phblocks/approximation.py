@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields
 from typing import Literal
 
-from phblocks.errors import ArgumentTypeError
+from phblocks.errors import ArgumentTypeError, UnknownNameError
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,46 @@ class Approximation:
 
 #: Everything is kept.
 EXACT = Approximation()
+
+
+#: For a whole diagram, or for some of its blocks by their names.
+Requested = Approximation | Mapping[str, Approximation]
+
+
+def require_request(where: str, value: object, names: Collection[str]) -> Requested | None:
+    """Check what a user gives for the approximation of a diagram.
+
+    Parameters
+    ----------
+    where : str
+        What it is for, for the message.
+    value : object
+        The candidate.
+    names : collection of str
+        Of the blocks.
+
+    Returns
+    -------
+    Approximation or mapping or None
+        The same object.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is no approximation, mapping of approximations or ``None``.
+    UnknownNameError
+        If there is no block of a name.
+    """
+    if not isinstance(value, Mapping):
+        return require_approximation(where, value)
+    for name, approximation in value.items():
+        if name not in names:
+            raise UnknownNameError(
+                where, expected=f"a block: {', '.join(sorted(names))}", got=repr(name), fix="Use the names of blocks."
+            )
+        if not isinstance(approximation, Approximation):
+            require_approximation(f"{where} of {name!r}", approximation or repr(approximation))
+    return value
 
 
 def require_approximation(where: str, value: object) -> Approximation | None:

@@ -9,7 +9,7 @@ import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.approximation import Approximation, require_approximation
+from phblocks.approximation import Requested, require_request
 from phblocks.assembly import Outputs, assemble
 from phblocks.blocks.block import Block
 from phblocks.blocks.ground import Ground
@@ -356,7 +356,7 @@ class Diagram:
         """
         return assign_causality(approximated(self.network))
 
-    def compile(self, outputs: Outputs = "all", approximation: Approximation | None = None) -> System:
+    def compile(self, outputs: Outputs = "all", approximation: Requested | None = None) -> System:
         """Assemble the diagram.
 
         Parameters
@@ -364,8 +364,9 @@ class Diagram:
         outputs : {"all", None}, optional
             "all" keeps orientations and positions of all blocks for reading; ``None`` keeps only what the
             physics needs (orientations where frames turn against each other, positions where gravity acts).
-        approximation : Approximation, optional
-            What is left out in blocks that do not say so themselves; nothing by default.
+        approximation : Approximation or mapping, optional
+            What is left out in blocks that do not say so themselves, in all of them or by the name of the block;
+            nothing by default.
 
         Returns
         -------
@@ -391,7 +392,8 @@ class Diagram:
             raise DataError(
                 f"diagram {self.name!r}", expected="blocks", got="none but the ground", fix="Call add() first."
             )
-        network = approximated(self.network, require_approximation("compile approximation", approximation))
+        names = [name for name, block in self.network.blocks.items() if not block.shared]
+        network = approximated(self.network, require_request("compile approximation", approximation, names))
         report = assign_causality(network)
         report.raise_if_impossible()
         return justified(assemble(network, report, outputs))

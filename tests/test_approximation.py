@@ -48,3 +48,27 @@ def test_blocks_and_diagrams_want_an_approximation(bar):
     ):
         with pytest.raises(ArgumentTypeError, match="expected an Approximation, or None"):
             make()
+
+
+def test_some_blocks_by_their_names(four_bar):
+    """The others keep everything; what a block says for itself is not changed."""
+    d = four_bar()
+    system = d.compile(approximation={"crank": ph.Approximation(shear=False)})
+    assert {(effect.block, effect.name) for effect in system.approximations} == {("crank", "shear")}
+    whole = d.compile(approximation=ph.Approximation(shear=False))
+    assert {effect.block for effect in whole.approximations} == {"crank", "coupler", "rocker"}
+
+
+@pytest.mark.parametrize(
+    ("request_", "error", "text"),
+    [
+        ({"wheel": ph.Approximation()}, ph.errors.UnknownNameError, "wheel"),
+        ({"ground": ph.Approximation()}, ph.errors.UnknownNameError, "ground"),
+        ({"crank": False}, ArgumentTypeError, "crank"),
+        ({"crank": None}, ArgumentTypeError, "crank"),
+        ({3: ph.Approximation()}, ph.errors.UnknownNameError, "3"),
+    ],
+)
+def test_names_and_approximations_are_checked(four_bar, request_, error, text):
+    with pytest.raises(error, match=text):
+        four_bar().compile(approximation=request_)

@@ -12,13 +12,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from phblocks.approximation import EXACT, Approximation
 from phblocks.blocks.form import Form
 from phblocks.blocks.reduction import reduced
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor, Exposure, Place, Port, Ports
 from phblocks.space import Space
-from phblocks.triplets import Floats
+from phblocks.triplets import Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -230,6 +232,27 @@ class Block(ABC):
         """
         angles = {p.anchor.name: p.anchor.angle for p in self.ports.values() if p.anchor is not None}
         return reduced(self.form(gives), self.kept, angles)
+
+    def effects(self, form: Form) -> Mapping[str, Ints]:
+        """List the effects that the block has and could leave out.
+
+        Parameters
+        ----------
+        form : Form
+            What :meth:`reduced_form` made of the block.
+
+        Returns
+        -------
+        mapping of str to numpy.ndarray
+            Name of the effect -> the states that carry its energy; none for effects that are no storages.
+        """
+        none = np.empty(0, dtype=np.int64)
+        found = {}
+        if (form.T.values.size or form.rotation_states.size or form.lines) and not form.frozen:
+            found["large_rotation"] = none
+        if form.points is not None and form.points.weighs and form.points.mass.any():
+            found["gravity"] = none
+        return found
 
     def left_out(self, form: Form) -> Mapping[str, int]:
         """List the effects that the block would have and that are left out on request.

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from phblocks.approximation import Approximation
+from collections.abc import Mapping
+
+from phblocks.approximation import Approximation, Requested
 from phblocks.blocks.block import Block
 from phblocks.causality.edits import rebuilt
 from phblocks.causality.meetings import Meeting
@@ -13,15 +15,15 @@ from phblocks.network import Network
 from phblocks.system import System
 
 
-def approximated(network: Network, approximation: Approximation | None = None) -> Network:
+def approximated(network: Network, approximation: Requested | None = None) -> Network:
     """Tell every block that says nothing itself what to leave out.
 
     Parameters
     ----------
     network : Network
         As the user drew it; it is not changed.
-    approximation : Approximation, optional
-        Of the diagram.
+    approximation : Approximation or mapping, optional
+        Of the diagram, or of some blocks by their names.
 
     Returns
     -------
@@ -30,8 +32,9 @@ def approximated(network: Network, approximation: Approximation | None = None) -
         for rigid meets others that can only give; the very same object if nothing is asked for.
     """
     if approximation is not None:
-        silent = [b for b in network.blocks.values() if b.approximation is None and not b.shared]
-        network = rebuilt(network, {block.name: _twin(block, approximation) for block in silent})
+        silent = {b.name: b for b in network.blocks.values() if b.approximation is None and not b.shared}
+        asked = approximation if isinstance(approximation, Mapping) else dict.fromkeys(silent, approximation)
+        network = rebuilt(network, {name: _twin(silent[name], asked[name]) for name in silent if name in asked})
     if not any(block.held for block in network.blocks.values()):
         return network
     joints = [j for j in network.junctions() if any(port.block.held for port in j.ports)]

@@ -7,6 +7,6 @@ from phblocks.plots.diagram import diagram
 from phblocks.plots.energy import energy
 from phblocks.plots.motion import motion
 from phblocks.plots.sparsity import sparsity
-from phblocks.plots.studies import convergence, work_precision
+from phblocks.plots.studies import convergence, effects, work_precision
 
-__all__ = ["convergence", "diagram", "energy", "motion", "sparsity", "work_precision"]
+__all__ = ["convergence", "diagram", "effects", "energy", "motion", "sparsity", "work_precision"]

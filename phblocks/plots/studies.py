@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.studies.convergence import ConvergenceStudy
+from phblocks.studies.effects import EffectsStudy
 from phblocks.studies.run import Run
 from phblocks.studies.work_precision import WorkPrecisionStudy
 
@@ -174,6 +176,69 @@ def convergence(study: ConvergenceStudy, *, ax: Axes | None = None) -> Axes:
     ax.set_ylabel(f"error of {first.quantity}" + (f" ({first.unit})" if first.unit else ""))
     ax.grid(alpha=0.3)
     ax.legend(frameon=False)
+    return ax
+
+
+def effects(study: EffectsStudy, *, ax: Axes | None = None) -> Axes:
+    """Draw the error made by leaving effects out against the time saved.
+
+    Parameters
+    ----------
+    study : EffectsStudy
+        The rows.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw; a new figure by default.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        A point a row, numbered as in the legend, filled if within the tolerance; the tolerance as a line, both axes
+        logarithmic. Rows that failed are left out.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not such a study.
+    DataError
+        If no run reached its end.
+    """
+    if not isinstance(study, EffectsStudy):
+        raise ArgumentTypeError(
+            "plots.effects",
+            expected="an EffectsStudy",
+            got=type(study).__name__,
+            fix="Call ph.studies.effects() first.",
+        )
+    rows = [row for row in study.rows if row.status == "success" and row.error > 0.0]
+    if not rows:
+        raise DataError("plots.effects", expected="runs that reached their end", got="none", fix="See status_text.")
+    if ax is None:
+        import matplotlib.pyplot as plt
+
+        _, ax = plt.subplots(figsize=(8.8, 4.2), layout="constrained")
+    for number, row in enumerate(rows):
+        colour = f"C{number % 10}"
+        ax.plot(
+            row.time_saved,
+            row.error,
+            linestyle="none",
+            marker=MARKERS[number % len(MARKERS)],
+            markersize=9.0,
+            color=colour,
+            markerfacecolor=colour if row.within else "none",
+            label=fill("full system" if row.left_out == "nothing" else f"without {row.left_out}", 36),
+        )
+    unit = f" {rows[0].unit}" if rows[0].unit else ""
+    ax.axhline(rows[0].tolerance, color="black", linewidth=1.0, label=f"tolerance {rows[0].tolerance:g}{unit}")
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    _mark(ax.xaxis, plain=True)
+    _mark(ax.yaxis)
+    shared = any(row.shared_machine for row in rows)
+    ax.set_xlabel("time of the full system / time without" + (", on a shared machine" if shared else ""))
+    ax.set_ylabel(f"error of {rows[0].quantity}" + (f" ({rows[0].unit})" if rows[0].unit else ""))
+    ax.grid(alpha=0.3)
+    ax.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return ax
 
 

@@ -1,5 +1,7 @@
 """Points on paper are the rows of the study."""
 
+from textwrap import fill
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -123,7 +125,35 @@ def test_a_study_draws_itself(study, orders):
     assert orders.plot(ax=ax) is ax
 
 
-@pytest.mark.parametrize("draw", [plots.work_precision, plots.convergence])
+def test_effects():
+    """A point a row that came to its end, filled if within the tolerance, which is a line."""
+    candidates = {
+        "shear": {"beam": ph.Approximation(shear=False)},
+        "bending": {"beam": ph.Approximation(flexible=False)},
+        "unknown": {"rod": ph.Approximation(shear=False)},
+    }
+    study = ph.studies.effects(
+        pendulum, ("position", "beam", 1.0), 1e-3, t_end=0.3, steps=(0.02, 0.01), candidates=candidates, repeats=1
+    )
+    ax = study.plot()
+    done = [row for row in study if row.status == "success"]
+    assert points(ax) == {(row.time_saved, row.error) for row in done} and len(done) < len(study)
+    filled = {x.get_label(): x.get_markerfacecolor() != "none" for x in ax.lines if x.get_marker() != "None"}
+    names = ["full system" if row.left_out == "nothing" else f"without {row.left_out}" for row in done]
+    assert filled == {fill(name, 36): row.within for name, row in zip(names, done, strict=True)}
+    assert len(set(filled.values())) == 2
+    assert 1e-3 in [line.get_ydata()[0] for line in ax.lines if line.get_marker() == "None"]
+
+
+def pendulum(approximation):
+    d = ph.Diagram("pendulum", gravity=(0.0, -9.81))
+    section = ph.Section.circle(0.01, 5e6, 0.3, 1000.0)
+    beam = d.add(ph.Beam("beam", section, (0.0, 0.0), (1.0, 0.0), elements=3, degree=2))
+    d.pin(beam.start, d.ground)
+    return d.compile(approximation=approximation)
+
+
+@pytest.mark.parametrize("draw", [plots.work_precision, plots.convergence, plots.effects])
 def test_no_study(draw):
     with pytest.raises(ph.errors.ArgumentTypeError, match="int"):
         draw(3)

@@ -15,7 +15,7 @@ from phblocks.blocks.beam.ends import END_NAMES, ENDS, End, parse_causality
 from phblocks.blocks.beam.form import BeamForm, beam_form, fraction
 from phblocks.blocks.beam.load import LINE, LineLoad, require_loads
 from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
-from phblocks.blocks.beam.omission import COMPONENTS, kept_coefficients, sizes
+from phblocks.blocks.beam.omission import COMPONENTS, STRAINS, kept_coefficients, states
 from phblocks.blocks.beam.rigid import RigidBeamForm, RigidLine, rigid_form
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.beam.tensors import Variant, component_index
@@ -25,7 +25,7 @@ from phblocks.blocks.form import Form
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR, Space
-from phblocks.triplets import Floats, real_array
+from phblocks.triplets import Floats, Ints, real_array
 
 
 class Beam(Block):
@@ -325,6 +325,28 @@ class Beam(Block):
         coefficients, _ = kept_coefficients(self.section.coefficients(self.space), self.kept)
         return RigidLine(self._start, self.start_angle, self.curvature, self.length, coefficients)
 
+    def effects(self, form: Form) -> Mapping[str, Ints]:
+        """List the effects that the beam has and could leave out; see :meth:`Block.effects`.
+
+        Parameters
+        ----------
+        form : Form
+            What :meth:`reduced_form` made of the beam.
+
+        Returns
+        -------
+        mapping of str to numpy.ndarray
+            Name of the effect -> the states that carry its energy.
+        """
+        found = dict(super().effects(form))
+        if self.held:
+            return found
+        found |= {name: states(form.runs, parts) for name, parts in COMPONENTS.items() if getattr(self.kept, name)}
+        found["flexible"] = states(form.runs, STRAINS)
+        if self.damping is not None and self.kept.internal_damping and (self.damping.times > 0.0).any():
+            found["internal_damping"] = np.empty(0, dtype=np.int64)
+        return found
+
     def left_out(self, form: Form) -> Mapping[str, int]:
         """List the effects that are left out on request; see :meth:`Block.left_out`.
 
@@ -345,7 +367,11 @@ class Beam(Block):
             return found | {"flexible": whole.size - form.size}
         if self.kept.large_rotation == "second-order":
             found["large_rotation"] = 0
-        found |= {name: sizes(form.runs, name) for name in COMPONENTS if not getattr(self.kept, name)}
+        found |= {
+            name: states(form.runs, components).size
+            for name, components in COMPONENTS.items()
+            if not getattr(self.kept, name)
+        }
         if self.damping is not None and not self.kept.internal_damping:
             damped = self.damping.times > 0.0
             found["internal_damping"] = sum(

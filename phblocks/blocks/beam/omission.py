@@ -11,7 +11,7 @@ from phblocks.approximation import Approximation
 from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.tensors import component_index
 from phblocks.blocks.form import NO_ENERGY, StateRun
-from phblocks.triplets import Floats
+from phblocks.triplets import Floats, Ints
 
 #: Components of the twelve that each effect is the energy of.
 COMPONENTS = {
@@ -19,6 +19,8 @@ COMPONENTS = {
     "shear": (component_index("N", 1), component_index("N", 2)),
     "rotary_inertia": tuple(component_index("W", d) for d in range(3)),
 }
+#: Components that are strains.
+STRAINS = tuple(component_index(field, d) for field in "NM" for d in range(3))
 
 
 def kept_coefficients(coefficients: Floats, kept: Approximation) -> tuple[Floats, Floats]:
@@ -97,20 +99,20 @@ def without_energy(runs: Sequence[StateRun], coefficients: Floats) -> Sequence[S
     )
 
 
-def sizes(runs: Sequence[StateRun], name: str) -> int:
-    """Count the states of an effect.
+def states(runs: Sequence[StateRun], components: Sequence[int]) -> Ints:
+    """Find the states of some components.
 
     Parameters
     ----------
     runs : sequence of StateRun
         Of the beam.
-    name : str
-        One of :data:`COMPONENTS`.
+    components : sequence of int
+        Of the twelve.
 
     Returns
     -------
-    int
-        How many there are, with or without energy.
+    numpy.ndarray
+        Their numbers, with or without energy.
     """
-    fields = {f"{'VWNM'[c // 3]}{c % 3 + 1}" for c in COMPONENTS[name]}
-    return sum(run.positions.size for run in runs if run.field in fields)
+    mine = [component_index(run.field[0], int(run.field[1]) - 1) in components for run in runs]
+    return np.flatnonzero(np.repeat(mine, [run.positions.size for run in runs]))
