@@ -152,7 +152,7 @@ def simulate(
         else:
             norm, limits = ErrorNorm(system, adaptive), (adaptive.shortest, adaptive.longest)
             walk = AdaptiveSteps(stepper, drive, x, state.theta, schedule, norm, method.order, limits)
-    recorder = Recorder(system, walk.stage, walk.weights, 0.0, state)
+    recorder = Recorder(system, walk.stage, walk.weights, walk.nodes, 0.0, state)
     preparation, clock = perf_counter() - clock, perf_counter()
     status, iterations, lag = _run(walk, recorder, t_end, system.name, progress)
     recording = recorder.finish()

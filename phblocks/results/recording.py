@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.frames import rotate
+from phblocks.results.middles import Middles
 from phblocks.solvers.method import Unknowns
 from phblocks.solvers.step import Step
 from phblocks.system import State, System
@@ -123,8 +124,8 @@ class Recorder:
         The system that is integrated.
     stage : Unknowns
         For changing unknowns to states.
-    weights : tuple of float
-        Of the stages of the method.
+    weights, nodes : tuple of float
+        Of the stages of the method: what they count, and where in a step they are.
     t : float
         Time of the start, s.
     start : State
@@ -134,6 +135,7 @@ class Recorder:
     system: System
     stage: Unknowns
     weights: tuple[float, ...]
+    nodes: tuple[float, ...]
     t: float
     start: State
     _steps: list[tuple[Step, float | None]] = field(default_factory=list)
@@ -149,9 +151,10 @@ class Recorder:
         self._worst = [np.zeros(len(self.system.parts)), np.zeros(len(self.system.connections.names))]
         self._error_since = 0.0
         self._integral = np.zeros(self.system.n_inputs)
+        self._middles, self._open = Middles(self.system, self.nodes), True
         self._keep(
             np.array([self.t]),
-            self.start.x[None],
+            self.start.x[None].copy(),
             self.start.theta[None],
             self.start.points[None],
             self._integral[None],
@@ -227,6 +230,7 @@ class Recorder:
         theta_z = np.concatenate([s.theta_z for s in steps])
         u = np.concatenate([s.u for s in steps])
         x = self.stage.unpack(np.array([s.x for s in steps]))
+        self._complete(dt, z.reshape(len(steps), -1, x.shape[1]), x)
         losses = [np.concatenate(of_one) for of_one in zip(*self._losses, strict=True)]
         frozen = z
         if any(s.frozen is not None for s in steps):
@@ -276,10 +280,22 @@ class Recorder:
             {k: v[saved] for k, v in totals.items()},
             np.array(errors),
         )
+        self._open = self._steps[-1][1] is not None
         self._stored, self._points, self._integral = stored[-1:], points[-1], integral[-1]
         self._totals = {key: total[-1] for key, total in totals.items()}
         self._steps.clear()
         self._losses.clear()
+
+    def _complete(self, dt: Floats, z: Floats, x: Floats) -> None:
+        """Fill in the states without a rate, also in the rows of the start and of the last step before."""
+        start, before, ends = self._middles.add(dt, z)
+        states = self._middles.states
+        if before is not None and self._open:
+            self._saved["x"][-1][-1, states] = before
+        if start is not None:
+            self._saved["x"][0][0, states] = start
+        if ends is not None:
+            x[:, states] = ends
 
     def _keep(
         self,

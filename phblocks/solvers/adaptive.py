@@ -162,7 +162,7 @@ class AdaptiveSteps:
 
     Attributes
     ----------
-    stage, weights
+    stage, weights, nodes
         Of the stepper.
     steps, halvings, rejections : int
         Counts.
@@ -179,7 +179,7 @@ class AdaptiveSteps:
         order: int,
         limits: tuple[float, float],
     ) -> None:
-        self.stage, self.weights = stepper.stage, stepper.weights
+        self.stage, self.weights, self.nodes = stepper.stage, stepper.weights, stepper.nodes
         self.steps = self.halvings = self.rejections = 0
         self._stepper, self._drive, self._x, self._theta = stepper, drive, x, theta
         self._schedule, self._norm, self._order, self._limits = schedule, norm, order, limits

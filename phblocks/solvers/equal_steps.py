@@ -29,7 +29,7 @@ class EqualSteps:
 
     Attributes
     ----------
-    stage, weights
+    stage, weights, nodes
         Of the stepper.
     steps, halvings, rejections : int
         Counts.
@@ -40,7 +40,7 @@ class EqualSteps:
     def __init__(
         self, stepper: Stepper, drive: Drive, x: Floats, theta: Floats, schedule: Schedule, max_halvings: int
     ) -> None:
-        self.stage, self.weights = stepper.stage, stepper.weights
+        self.stage, self.weights, self.nodes = stepper.stage, stepper.weights, stepper.nodes
         self.steps = self.halvings = 0
         self._stepper, self._drive, self._x, self._theta = stepper, drive, x, theta
         self._schedule, self._max_halvings = schedule, max_halvings

@@ -131,6 +131,11 @@ class Walk(Protocol):
         ...
 
     @property
+    def nodes(self) -> tuple[float, ...]:
+        """Where in a step its stages are, as fractions of it."""
+        ...
+
+    @property
     def steps(self) -> int:
         """Accepted steps so far."""
         ...

@@ -242,7 +242,7 @@ class ScipyWalk:
     ----------
     stage : RateEquation
         The equations.
-    weights : tuple of float
+    weights, nodes : tuple of float
         Of the Gauss points at which the ledger evaluates powers.
     steps, halvings, rejections : int
         Accepted steps; SciPy does not tell the others.
@@ -254,7 +254,8 @@ class ScipyWalk:
         self, equation: RateEquation, drive: Drive, start: State, schedule: Schedule, options: ScipyIVP
     ) -> None:
         gauss = Collocation.gauss(3)
-        self.stage, self.weights, self._nodes = equation, tuple(map(float, gauss.b)), gauss.c
+        self.stage, self.weights = equation, tuple(map(float, gauss.b))
+        self.nodes = tuple(map(float, gauss.c))
         self.steps = 0
         self._drive, self._start, self._schedule, self._options = drive, start, schedule, options
 
@@ -282,7 +283,7 @@ class ScipyWalk:
                     self.steps += 1
                     dense = solver.dense_output()
                 end = min(target, solver.t)
-                times = t + self._nodes * (end - t)
+                times = t + np.array(self.nodes) * (end - t)
                 z = [equation.split(dense(at)) for at in times]
                 x, theta, points = equation.split(solver.y if end == solver.t else dense(end))
                 step = Step(
