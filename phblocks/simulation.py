@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from tqdm import tqdm
 
 from phblocks.errors import ArgumentTypeError, DataError, StructureError
-from phblocks.inputs import Drive, NotFinite
+from phblocks.inputs import Drive, InputFailed, NotFinite
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
 from phblocks.results.status import Statistics, Status
@@ -53,7 +53,8 @@ def simulate(
 
     A step that fails is repeated with half its length, and the halvings are counted; it is never accepted as it
     is. If halving does not help, the run ends with a status that says so and with the results so far. So it does in
-    front of a step in which a J(x) of the user's is not skew, or an R(x) not positive semidefinite.
+    front of a step in which a J(x) of the user's is not skew, or an R(x) not positive semidefinite, and where a
+    function given in ``inputs`` raises an exception, which is then ``solution.status.error``.
 
     Parameters
     ----------
@@ -139,7 +140,7 @@ def simulate(
     clock = perf_counter()
     change = 0.0
     if system.is_dae:
-        with suppress(NotFinite):  # the first step will say so
+        with suppress(NotFinite, InputFailed):  # the first step will say so
             state, change = consistent_start(system, state, drive.at([0.0])[0])
     walk: Walk
     if isinstance(method, Integrator):
@@ -192,6 +193,8 @@ def _run(
                 t = at
         except NotFinite as error:
             status = Status.input_not_finite(error.time, error.name)
+        except InputFailed as error:
+            status = Status.input_failed(error.time, error.name, error.error)
         except StructureError as error:
             status = Status.structure_lost(t, error)
         except StepFailed as error:

@@ -153,7 +153,8 @@ class Walk(Protocol):
     def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
         """Go; yields accepted steps, the time at the end of each, s, and whether to save it.
 
-        Raises :class:`StepFailed` or :class:`~phblocks.inputs.NotFinite` where it cannot go on.
+        Raises :class:`StepFailed`, :class:`~phblocks.inputs.NotFinite` or :class:`~phblocks.inputs.InputFailed` where
+        it cannot go on.
         """
         ...
 
