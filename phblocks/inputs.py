@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array
+
+Signal = Callable[[float], ArrayLike] | ArrayLike
 
 
 class NotFinite(Exception):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -85,6 +85,11 @@ class Middles:
         ends = np.vstack([inner, last])[-dt.size :]
         return start, inner[-dt.size] if inner.shape[0] >= dt.size else None, ends
 
+    @property
+    def waiting(self) -> bool:
+        """Whether the values at the end of the last step, or at the start of the run, depend on what follows."""
+        return self.between or (bool(self.states.size) and not self._first[0].size)
+
     def memory(self) -> dict[str, Floats]:
         """Return what it remembers of the steps so far.
 
@@ -96,12 +101,12 @@ class Middles:
         pairs = {"first": self._first, "last": self._last}
         return {f"{name}_{part}": array for name, pair in pairs.items() for part, array in zip("ha", pair, strict=True)}
 
-    def remember(self, memory: dict[str, Floats]) -> None:
+    def remember(self, memory: Mapping[str, Floats]) -> None:
         """Go on from there.
 
         Parameters
         ----------
-        memory : dict of str to numpy.ndarray
+        memory : mapping of str to numpy.ndarray
             From :meth:`memory`.
         """
         self._first = memory["first_h"], memory["first_a"]

@@ -20,7 +20,8 @@ class Status:
     ok : bool
         It reached its end.
     name : str
-        A word for programs: "success", "step failed", "structure lost", "input not finite", "input failed".
+        A word for programs: "success", "step failed", "structure lost", "input not finite", "input failed", "not
+        written", "interrupted".
     text : str
         When, where, and what to do.
     time : float or None
@@ -142,6 +143,50 @@ class Status:
             "kept. Correct the function given in inputs; status.error is the exception, with its traceback."
         )
         return cls(False, "input failed", text, time, error)
+
+    @classmethod
+    def not_written(cls, time: float, path: str, error: Exception) -> Status:
+        """Report that results could not be written to disk.
+
+        Parameters
+        ----------
+        time : float
+            Up to which the run went, s.
+        path : str
+            The file.
+        error : Exception
+            What was raised.
+
+        Returns
+        -------
+        Status
+            Not ``ok``; the exception is its ``error``.
+        """
+        text = (
+            f"{path} could not be written at t = {time:.9g} s: {error}. What was written before is complete and "
+            "can be read, and this solution has all results up to there. Make room, or correct the rights, and call "
+            "ph.resume."
+        )
+        return cls(False, "not written", text, time, error)
+
+    @classmethod
+    def interrupted(cls, time: float, path: str) -> Status:
+        """Report that a run on disk has no end: it was killed, or still goes on.
+
+        Parameters
+        ----------
+        time : float
+            Of its last checkpoint, s.
+        path : str
+            The file.
+
+        Returns
+        -------
+        Status
+            Not ``ok``.
+        """
+        text = f"the run was killed, or still goes on; ph.resume({path!r}, system) goes on from t = {time:.9g} s"
+        return cls(False, "interrupted", text, time)
 
 
 @dataclass(frozen=True)
