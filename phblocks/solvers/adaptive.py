@@ -219,7 +219,13 @@ class AdaptiveSteps:
                 yield pair[1], self._t, self._t == target or asked
 
     def mark(self) -> dict[str, Floats] | None:
-        """Return where it is; see :class:`~phblocks.solvers.method.Resumable`."""
+        """Return where it is; see :class:`~phblocks.solvers.method.Resumable`.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray or None
+            For :meth:`resume`; ``None`` where it cannot be left.
+        """
         if not self._whole:
             return None
         times, inputs = self._asked
@@ -234,7 +240,13 @@ class AdaptiveSteps:
         }
 
     def resume(self, mark: Mapping[str, Floats]) -> None:
-        """Go there; see :class:`~phblocks.solvers.method.Resumable`."""
+        """Go there; see :class:`~phblocks.solvers.method.Resumable`.
+
+        Parameters
+        ----------
+        mark : mapping of str to numpy.ndarray
+            From :meth:`mark`.
+        """
         self._stepper = self._prepare()
         self.stage = self._stepper.stage
         self._count, self.steps, self.halvings, self.rejections = map(int, mark["counts"])

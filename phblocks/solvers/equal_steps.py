@@ -58,7 +58,13 @@ class EqualSteps:
             yield from self._advance(t0, length, t1, save)
 
     def mark(self) -> dict[str, Floats] | None:
-        """Return where it is; see :class:`~phblocks.solvers.method.Resumable`."""
+        """Return where it is; see :class:`~phblocks.solvers.method.Resumable`.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray or None
+            For :meth:`resume`; ``None`` where it cannot be left.
+        """
         if self._asked is None:
             return None
         counts = np.array([self._intervals, self.steps, self.halvings], dtype=np.int64)
@@ -66,7 +72,13 @@ class EqualSteps:
         return {"counts": counts, "x": self._x, "theta": self._theta, "input_times": np.array(times), "inputs": inputs}
 
     def resume(self, mark: Mapping[str, Floats]) -> None:
-        """Go there; see :class:`~phblocks.solvers.method.Resumable`."""
+        """Go there; see :class:`~phblocks.solvers.method.Resumable`.
+
+        Parameters
+        ----------
+        mark : mapping of str to numpy.ndarray
+            From :meth:`mark`.
+        """
         self._stepper = self._prepare()
         self.stage = self._stepper.stage
         self._intervals, self.steps, self.halvings = map(int, mark["counts"])

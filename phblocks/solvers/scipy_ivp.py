@@ -305,7 +305,13 @@ class ScipyWalk:
                 yield step, t, t == target
 
     def mark(self) -> dict[str, Floats] | None:
-        """Return where it is; see :class:`~phblocks.solvers.method.Resumable`. There SciPy's method starts anew."""
+        """Return where it is; see :class:`~phblocks.solvers.method.Resumable`. There SciPy's method starts anew.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray or None
+            For :meth:`resume`; ``None`` where it cannot be left.
+        """
         solver = self._solver
         if solver is not None and self._t < solver.t:
             return None
@@ -319,7 +325,13 @@ class ScipyWalk:
         }
 
     def resume(self, mark: Mapping[str, Floats]) -> None:
-        """Go there; see :class:`~phblocks.solvers.method.Resumable`."""
+        """Go there; see :class:`~phblocks.solvers.method.Resumable`.
+
+        Parameters
+        ----------
+        mark : mapping of str to numpy.ndarray
+            From :meth:`mark`.
+        """
         (self.steps,) = map(int, mark["counts"])
         self._t, step = map(float, mark["t"])
         self._first_step = None if np.isnan(step) else step
