@@ -90,7 +90,7 @@ class Settings:
             If the method is another one, or has to be given.
         """
         times = None if text["times"] is None else tuple(text["times"])
-        schedule = Schedule(text["t_end"], text["dt"], text["save_every"], times)
+        schedule = Schedule(text["t_end"], text["dt"], text["save_every"], times, text["steps_too"])
         wanted = text["method"]
         if method is None and wanted["class"] not in KNOWN:
             raise ResultFileError(
