@@ -24,9 +24,13 @@ from phblocks.blocks.transformer import Gyrator, Transformer
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
 from phblocks.errors import PhblocksError
+from phblocks.files.access import read
+from phblocks.files.stored import SavedRun
+from phblocks.files.stream import Stream
 from phblocks.nesting import Nested
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
 from phblocks.results.solution import Solution
+from phblocks.resumption import resume
 from phblocks.simulation import simulate
 from phblocks.solvers.adaptive import Adaptive
 from phblocks.solvers.discrete_gradient import DiscreteGradient
@@ -77,12 +81,14 @@ __all__ = [
     "Resistor",
     "RigidBody",
     "RigidJoint",
+    "SavedRun",
     "ScipyIVP",
     "Section",
     "Slider",
     "Solution",
     "Spring",
     "State",
+    "Stream",
     "System",
     "SystemBlock",
     "SystemPort",
@@ -93,6 +99,8 @@ __all__ = [
     "Voltage",
     "errors",
     "plots",
+    "read",
+    "resume",
     "simulate",
     "studies",
 ]

@@ -164,6 +164,12 @@ class ExportError(PhblocksError, ValueError):
     code = "PH501"
 
 
+class ResultFileError(PhblocksError, ValueError):
+    """A file of results cannot be written or read, is damaged, or belongs to something else."""
+
+    code = "PH502"
+
+
 class StudyError(PhblocksError, RuntimeError):
     """A study cannot be carried out (its reference fails, a worker is lost), or has no such result."""
 

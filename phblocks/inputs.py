@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array
+
+Signal = Callable[[float], ArrayLike] | ArrayLike
 
 
 class NotFinite(Exception):
@@ -29,6 +32,24 @@ class NotFinite(Exception):
         self.name = name
 
 
+class InputFailed(Exception):
+    """A signal raised an exception, or gave something else than before; ends the run with a status.
+
+    Parameters
+    ----------
+    time : float
+        When, s.
+    name : str
+        Which exposed port.
+    error : Exception
+        What the signal raised, or what is wrong with its value.
+    """
+
+    def __init__(self, time: float, name: str, error: Exception) -> None:
+        super().__init__(f"{name} at {time}: {error}")
+        self.time, self.name, self.error = time, name, error
+
+
 class Drive:
     """Evaluates all inputs.
 
@@ -44,7 +65,7 @@ class Drive:
     UnknownNameError
         If there is no exposed port of that name.
     DataError
-        If a value has the wrong shape, or an imposed velocity is missing.
+        If a value has the wrong shape, an imposed velocity is missing, or a function raises an exception at once.
     ArgumentTypeError
         If the signals are not a mapping, or a value is not numbers.
     """
@@ -92,18 +113,25 @@ class Drive:
                     got="none",
                     fix="Give a constant or a function of time; 0.0 holds it.",
                 )
-        if self._signals:
-            self.at([0.0], check_only=True)
+        for name, signal, span in self._signals:
+            try:
+                value = signal(0.0)
+            except Exception as error:
+                raise DataError(
+                    f"simulate inputs[{name!r}] at t = 0 s",
+                    expected="a value",
+                    got=f"{type(error).__name__}: {error}",
+                    fix="Correct the function of time.",
+                ) from error
+            self._value(name, value, len(span), 0.0)  # may be infinite where no step looks
 
-    def at(self, times: Sequence[float], check_only: bool = False) -> Floats:
+    def at(self, times: Sequence[float]) -> Floats:
         """Evaluate all inputs.
 
         Parameters
         ----------
         times : sequence of float
             s.
-        check_only : bool, optional
-            Check shapes and let values that are not finite pass.
 
         Returns
         -------
@@ -112,18 +140,19 @@ class Drive:
 
         Raises
         ------
-        DataError
-            If a signal gives a value of the wrong shape.
-        ArgumentTypeError
-            If a signal gives something else than numbers.
         NotFinite
             If a signal gives a value that is not finite.
+        InputFailed
+            If a signal raises an exception, or gives a value of another shape or kind.
         """
         u = np.tile(self._constant, (len(times), 1))
         for name, signal, span in self._signals:
             for i, t in enumerate(times):
-                u[i, span] = self._value(name, signal(t), len(span), t)
-                if not check_only and not np.isfinite(u[i, span]).all():
+                try:
+                    u[i, span] = self._value(name, signal(t), len(span), t)
+                except Exception as error:
+                    raise InputFailed(t, name, error) from error
+                if not np.isfinite(u[i, span]).all():
                     raise NotFinite(t, name)
         return u
 

@@ -1,37 +1,36 @@
-"""The time loop."""
+"""Simulations: arguments, and what is prepared for the time loop."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Mapping
 from contextlib import suppress
 from time import perf_counter
 
 import numpy as np
 from numpy.typing import ArrayLike
-from tqdm import tqdm
 
 from phblocks.effects.justification import require_slow, warn_of_turns, watched
-from phblocks.errors import ArgumentTypeError, DataError, StructureError
-from phblocks.inputs import Drive, NotFinite
+from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.files.journal import Journal
+from phblocks.files.settings import Settings
+from phblocks.files.stream import Stream
+from phblocks.inputs import Drive, InputFailed, NotFinite, Signal
+from phblocks.loop import Run, Seconds, require_resumable, walk_of
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
-from phblocks.results.status import Statistics, Status
-from phblocks.solvers.adaptive import Adaptive, AdaptiveSteps, ErrorNorm
+from phblocks.solvers.adaptive import Adaptive
 from phblocks.solvers.discrete_gradient import DiscreteGradient
-from phblocks.solvers.equal_steps import EqualSteps
-from phblocks.solvers.method import Integrator, Method, Walk
+from phblocks.solvers.method import Integrator, Method
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.schedule import Schedule
-from phblocks.solvers.step import StepFailed
 from phblocks.system import State, System, consistent_start
 from phblocks.system.states import require_state
 from phblocks.triplets import real_array
 
 #: A run of more steps is taken for a mistake in its arguments.
 MOST_STEPS = 1e9
-
-Signal = Callable[[float], ArrayLike] | ArrayLike
 
 
 def simulate(
@@ -46,6 +45,7 @@ def simulate(
     adaptive: Adaptive | None = None,
     times: ArrayLike | None = None,
     progress: bool | None = None,
+    save: Stream | str | os.PathLike[str] | None = None,
 ) -> Solution:
     """Integrate a system in time.
 
@@ -54,7 +54,8 @@ def simulate(
 
     A step that fails is repeated with half its length, and the halvings are counted; it is never accepted as it
     is. If halving does not help, the run ends with a status that says so and with the results so far. So it does in
-    front of a step in which a J(x) of the user's is not skew, or an R(x) not positive semidefinite.
+    front of a step in which a J(x) of the user's is not skew, or an R(x) not positive semidefinite, and where a
+    function given in ``inputs`` raises an exception, which is then ``solution.status.error``.
 
     Parameters
     ----------
@@ -87,6 +88,9 @@ def simulate(
         any others and balances are kept.
     progress : bool, optional
         Show a progress bar; by default if a terminal is attached and the run takes longer than a second.
+    save : Stream, str or os.PathLike, optional
+        Write the run to this file while it goes on, with checkpoints for :func:`phblocks.resume`, and keep only the
+        current chunk in memory; needs h5py. See :class:`~phblocks.files.stream.Stream`.
 
     Returns
     -------
@@ -100,9 +104,11 @@ def simulate(
     ArgumentTypeError
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError
-        If the method does not keep the energy of the system.
+        If the method does not keep the energy of the system, or cannot be saved while it runs.
     ApproximationError
         If large rotations are left out in a block that spins too fast for that.
+    ResultFileError
+        If there is a run in ``save`` already, or no place to write to.
 
     Warns
     -----
@@ -142,77 +148,37 @@ def simulate(
             got=f"t_end = {t_end!r} and dt = {dt!r}",
             fix="t_end comes first, then dt, both in s.",
         )
-    asked = None if times is None else _require_times(times, t_end)
-    schedule = Schedule(t_end, dt, every, asked, steps_too=save_every is not None)
+    chosen = None if times is None else _require_times(times, t_end)
+    schedule = Schedule(float(t_end), float(dt), int(every), chosen, steps_too=save_every is not None)
+    settings = Settings(schedule, method, int(max_halvings), adaptive)
     state = system.start if start is None else require_state(system, start, "simulate start")
     state = state if system.quadratic else State(system.settled(state.x), state.theta, state.points)
     drive = Drive(system, {} if inputs is None else inputs)
     clock = perf_counter()
     change = 0.0
-    with suppress(NotFinite):  # the first step will say so
+    with suppress(NotFinite, InputFailed):  # the first step will say so
         if watched(system):
             require_slow(system, state, drive.at([0.0])[0])
         if system.is_dae:
             state, change = consistent_start(system, state, drive.at([0.0])[0])
-    walk: Walk
-    if isinstance(method, Integrator):
-        walk = method.integrate(system, drive, state, schedule)
-    else:
-        stepper = method.prepare(system)
-        x = stepper.stage.pack(state.x)
-        if adaptive is None:
-            walk = EqualSteps(stepper, drive, x, state.theta, schedule, max_halvings)
-        else:
-            norm, limits = ErrorNorm(system, adaptive), (adaptive.shortest, adaptive.longest)
-            walk = AdaptiveSteps(stepper, drive, x, state.theta, schedule, norm, method.order, limits)
-    recorder = Recorder(system, walk.stage, walk.weights, 0.0, state)
-    preparation, clock = perf_counter() - clock, perf_counter()
-    status, iterations, lag = _run(walk, recorder, t_end, system.name, progress)
-    recording = recorder.finish()
-    warn_of_turns(system, recording.theta)
-    statistics = Statistics(
-        steps=walk.steps,
-        halvings=walk.halvings,
-        newton_iterations=np.array(iterations, dtype=np.int64),
-        preparation_seconds=preparation,
-        loop_seconds=perf_counter() - clock,
-        start_energy_change=change,
-        rejections=walk.rejections,
-        lag=np.array(lag),
-    )
-    return Solution(system, recording, status, statistics)
-
-
-def _run(
-    walk: Walk, recorder: Recorder, t_end: float, name: str, progress: bool | None
-) -> tuple[Status, list[int], list[float]]:
-    """Go all the way, or as far as it goes; count iterations and lags of the steps."""
-    t, iterations, lag = 0.0, [], []
-    bar = tqdm(
-        total=t_end,
-        desc=name,
-        delay=1.0,
-        disable=None if progress is None else not progress,
-        bar_format="{l_bar}{bar}| {n:.4g}/{total:.4g} s [{elapsed}<{remaining}]",
-    )
-    status = Status.success()
-    with bar:
-        try:
-            for step, at, save in walk:
-                recorder.add(step, at if save else None)
-                iterations.append(step.iterations)
-                lag.append(step.lag)
-                bar.update(at - t)
-                t = at
-        except NotFinite as error:
-            status = Status.input_not_finite(error.time, error.name)
-        except StructureError as error:
-            status = Status.structure_lost(t, error)
-        except StepFailed as error:
-            status = Status.step_failed(error.time, error.dt, error.why)
-    if not status.ok:
-        recorder.save_last(t)
-    return status, iterations, lag
+    walk = walk_of(settings, system, drive, state)
+    recorder = Recorder(system, walk.stage, walk.weights, walk.nodes, 0.0, state)
+    run = Run(system, settings, walk, recorder, Seconds(perf_counter() - clock, 0.0, change))
+    if save is None:
+        solution = run.carry_out(progress, None)
+        warn_of_turns(system, solution.recording.theta)
+        return solution
+    require_resumable(walk, settings)
+    journal = Journal.create(save if isinstance(save, Stream) else Stream(save))
+    try:
+        run.begin(journal)
+    except BaseException:
+        journal.close()
+        raise
+    solution = run.carry_out(progress, journal)
+    if watched(system):
+        warn_of_turns(system, solution.recording.theta)
+    return solution
 
 
 def _require_times(times: ArrayLike, t_end: float) -> tuple[float, ...]:

@@ -28,6 +28,7 @@ KINDS = {
     "MethodError": (ValueError, "PH402"),
     "ApproximationError": (ValueError, "PH403"),
     "ExportError": (ValueError, "PH501"),
+    "ResultFileError": (ValueError, "PH502"),
     "StudyError": (RuntimeError, "PH601"),
     "UnreachedError": (ValueError, "PH602"),
 }

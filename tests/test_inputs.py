@@ -7,7 +7,7 @@ import pytest
 
 import phblocks as ph
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
-from phblocks.inputs import Drive, NotFinite
+from phblocks.inputs import Drive, InputFailed, NotFinite
 
 
 @pytest.fixture(scope="module")
@@ -105,8 +105,19 @@ def test_a_function_may_be_infinite_where_no_step_looks(system):
 
 def test_a_shape_that_changes_during_the_run(system):
     drive = Drive(system, {"spin": 0.0, "force": lambda t: (1.0, 2.0) if t < 1.0 else (1.0,)})
-    with pytest.raises(DataError, match=r"inputs\['force'\] at t = 1\.5 s"):
-        drive.at([1.5])
+    with pytest.raises(InputFailed) as caught:
+        drive.at([0.5, 1.5])
+    assert (caught.value.time, caught.value.name) == (1.5, "force")
+    assert isinstance(caught.value.__cause__, DataError) and "(2,), got shape (1,)" in str(caught.value.__cause__)
+
+
+def test_an_exception_at_once_is_told_before_the_run(system):
+    def lost(t):
+        raise RuntimeError("sensor lost")
+
+    with pytest.raises(DataError, match=r"inputs\['force'\] at t = 0 s: .* got RuntimeError: sensor lost") as caught:
+        Drive(system, {"spin": 0.0, "force": lost})
+    assert isinstance(caught.value.__cause__, RuntimeError)
 
 
 def test_results_do_not_share_memory(system):

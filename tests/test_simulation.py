@@ -199,14 +199,64 @@ def test_a_signal_that_is_not_finite_at_once_leaves_the_start(system):
     assert "0 steps" in str(solution.statistics) and solution.max_power_balance_error == 0.0
 
 
-def test_an_error_of_the_users_function_comes_through(system):
+@pytest.mark.parametrize(
+    ("method", "adaptive"),
+    [
+        (ph.Midpoint(), None),
+        (ph.GaussLegendre(), None),
+        (ph.Midpoint(), ph.Adaptive(1e-3, atol=1.0)),
+        (ph.ScipyIVP(), None),
+    ],
+)
+def test_an_exception_of_the_users_function_ends_the_run_with_the_results_so_far(system, method, adaptive):
     def broken(t: float) -> tuple[float, float]:
         if t > 0.1:
             raise RuntimeError("sensor lost")
+        return 0.0, 1.0
+
+    solution = run(system, inputs={"tip": broken}, method=method, adaptive=adaptive)
+    status = solution.status
+    assert not status.ok and status.name == "input failed" and 0.1 < status.time < 0.2
+    assert "'tip'" in status.text and f"t = {status.time:.9g} s: RuntimeError: sensor lost" in status.text
+    assert isinstance(status.error, RuntimeError) and status.error.__traceback__ is not None
+    assert 0.05 < solution.t[-1] < status.time and np.isfinite(solution.position("b", 1.0)).all()
+    if method == ph.Midpoint() and adaptive is None:
+        good = run(system, t_end=0.1, inputs={"tip": (0.0, 1.0)})
+        np.testing.assert_allclose(solution.x, good.x, rtol=1e-12, atol=1e-12)
+
+
+def test_a_signal_that_changes_its_shape_ends_the_run_likewise(system):
+    solution = run(system, inputs={"tip": lambda t: (0.0, 1.0) if t < 0.1 else 1.0})
+    assert solution.status.name == "input failed" and isinstance(solution.status.error, DataError)
+    assert solution.t[-1] == pytest.approx(0.1) and "got shape ()" in solution.status.text
+
+
+def test_a_start_that_violates_constraints_and_an_input_that_fails(bar):
+    """The first thing that needs the input is the projection of the start; the first step says what is wrong."""
+    d = ph.Diagram("pendulum")
+    body = d.add(ph.RigidBody("body", 1.0, 0.1, (1.0, 0.0), {"pin": (0.0, 0.0)}))
+    d.pin(body["pin"], d.ground, multiplier=True)
+    d.expose(body.centre.translation, "push")
+    calls = []
+
+    def push(t: float) -> tuple[float, float]:
+        calls.append(t)
+        if len(calls) > 1:
+            raise ValueError("once only")
+        return 0.0, 1.0
+
+    solution = ph.simulate(d.compile(), 0.1, 0.01, inputs={"push": push})
+    assert solution.status.name == "input failed" and solution.t.tolist() == [0.0]
+
+
+def test_a_stop_by_hand_comes_through(system):
+    def stopped(t: float) -> tuple[float, float]:
+        if t > 0.1:
+            raise KeyboardInterrupt
         return 0.0, 0.0
 
-    with pytest.raises(RuntimeError, match="sensor lost"):
-        run(system, inputs={"tip": broken})
+    with pytest.raises(KeyboardInterrupt):
+        run(system, inputs={"tip": stopped})
 
 
 # Halving, with a stepper that refuses long steps

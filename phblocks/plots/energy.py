@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from phblocks.errors import ArgumentTypeError
-from phblocks.results.solution import Solution
+from phblocks.results.readings import Readings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def energy(solution: Solution, *, increments: bool = False, ax: Axes | None = None) -> Axes:
+def energy(solution: Readings, *, increments: bool = False, ax: Axes | None = None) -> Axes:
     """Draw the energies of a run over time, or the balance of its steps.
 
     Parameters
     ----------
-    solution : Solution
+    solution : Solution or SavedRun
         Of a run.
     increments : bool, optional
         Draw what the balance of a step leaves over, ``|dH - supplied + dissipated|``, on a logarithmic axis (the
@@ -42,7 +42,7 @@ def energy(solution: Solution, *, increments: bool = False, ax: Axes | None = No
     After Fig. 7 of Brugnoli, Kinon, Sanfedino, Betsch: Structure-preserving discretization of intrinsic
     geometrically exact beams for explicit multibody dynamics.
     """
-    if not isinstance(solution, Solution):
+    if not isinstance(solution, Readings):
         raise ArgumentTypeError(
             "plots.energy", expected="a Solution", got=type(solution).__name__, fix="Call ph.simulate() first."
         )
@@ -62,7 +62,7 @@ def energy(solution: Solution, *, increments: bool = False, ax: Axes | None = No
     return ax
 
 
-def _draw_energies(solution: Solution, ax: Axes) -> None:
+def _draw_energies(solution: Readings, ax: Axes) -> None:
     for name, series in solution.energy.items():
         if name == "total":
             ax.plot(solution.t, series, color="black", linewidth=2.0, label=name)
@@ -71,7 +71,7 @@ def _draw_energies(solution: Solution, ax: Axes) -> None:
     ax.set_ylabel("energy (J)")
 
 
-def _draw_increments(solution: Solution, ax: Axes) -> None:
+def _draw_increments(solution: Readings, ax: Axes) -> None:
     error = solution.recording.ledger.balance_error[1:]
     shown = error > 0.0
     round_off = np.finfo(float).eps * max(float(np.abs(series).max()) for series in solution.energy.values())

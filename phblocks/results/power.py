@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from phblocks.results.labels import Labels
 from phblocks.results.recording import Recording
-from phblocks.system import System
 from phblocks.triplets import Floats
 
 
@@ -23,13 +23,13 @@ class PowerLedger:
 
     Parameters
     ----------
-    system : System
-        The system.
+    labels : Labels
+        Names of blocks, connections and inputs.
     recording : Recording
         Of a run of it.
     """
 
-    system: System
+    labels: Labels
     recording: Recording
 
     @property
@@ -39,13 +39,13 @@ class PowerLedger:
         Positive from the block of the giving port into that of the taking port; shape (times,), J.
         """
         transferred = self.recording.ledger.transferred
-        return {names: transferred[:, i] for i, names in enumerate(self.system.connections.names)}
+        return {names: transferred[:, i] for i, names in enumerate(self.labels.connections)}
 
     @property
     def inputs(self) -> Mapping[str, Floats]:
         """Energy supplied through each input, shape (times,), J."""
         supplied = self.recording.ledger.supplied
-        return {name: supplied[:, i] for i, name in enumerate(self.system.input_names)}
+        return {name: supplied[:, i] for i, name in enumerate(self.labels.input_names)}
 
     @property
     def blocks(self) -> Mapping[str, Mapping[str, Floats]]:
@@ -58,11 +58,11 @@ class PowerLedger:
         ledger = self.recording.ledger
         stored = ledger.stored.sum(axis=2)
         result = {}
-        for b, part in enumerate(self.system.parts):
-            giving, taking = self.system.connections.blocks.T
+        giving, taking = self.labels.connected.T
+        for b, name in enumerate(self.labels.blocks):
             received = ledger.transferred[:, taking == b].sum(axis=1) - ledger.transferred[:, giving == b].sum(axis=1)
             received += ledger.shared[:, b]
-            result[part.name] = {
+            result[name] = {
                 "stored": stored[:, b] - stored[0, b],
                 "gravity": ledger.potential[:, b],
                 "received": received,
@@ -87,7 +87,7 @@ class PowerLedger:
         The ports: force times velocity, from the outputs of both blocks turned into the fixed frame.
         """
         errors = self.recording.ledger.connection_error
-        return {names: float(errors[i]) for i, names in enumerate(self.system.connections.names)}
+        return {names: float(errors[i]) for i, names in enumerate(self.labels.connections)}
 
     @property
     def worst(self) -> tuple[str, float]:
@@ -106,7 +106,7 @@ class PowerLedger:
         lines = [f"{'block':<16}" + "".join(f"{c:>14}" for c in columns)]
         errors, blocks = self.block_errors, self.blocks
         last = {name: [float(series[-1]) for series in row.values()] for name, row in blocks.items()}
-        names = [part.name for part in self.system.parts]
+        names = self.labels.blocks
         together = {
             name: np.sum([last[names[i]] for i in members], axis=0)
             for name, members in self._balances.items()
@@ -121,7 +121,7 @@ class PowerLedger:
     @property
     def _balances(self) -> Mapping[str, tuple[int, ...]]:
         """The balances that can be tested, and the numbers of the blocks in each."""
-        groups = {members[0]: tuple(members) for members in self.system.sharing.groups}
+        groups = {members[0]: tuple(members) for members in self.labels.groups}
         shared = {i for members in groups.values() for i in members[1:]}
-        sets = [groups.get(i, (i,)) for i in range(len(self.system.parts)) if i not in shared]
-        return {" + ".join(self.system.parts[i].name for i in members): members for members in sets}
+        sets = [groups.get(i, (i,)) for i in range(len(self.labels.blocks)) if i not in shared]
+        return {" + ".join(self.labels.blocks[i] for i in members): members for members in sets}

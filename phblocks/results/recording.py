@@ -6,12 +6,14 @@ matrix products per chunk and nothing per step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
 
 from phblocks.frames import rotate
+from phblocks.results.middles import Middles
 from phblocks.solvers.method import Unknowns
 from phblocks.solvers.step import Step
 from phblocks.system import State, System
@@ -20,6 +22,9 @@ from phblocks.triplets import Floats, Ints, Triplets
 CHUNK = 128
 #: What the ledger knows at every saved time.
 SERIES = ("stored", "potential", "transferred", "supplied", "supplied_to", "shared", "dissipated")
+#: What is kept at every saved time, and of every step.
+ROWS = ("t", "x", "theta", "points", "input_integral", *SERIES, "balance_error")
+STEPS = ("newton_iterations", "lag")
 
 
 @dataclass(repr=False)
@@ -91,6 +96,25 @@ class Recording:
     input_integral: Floats
     ledger: Ledger
 
+    @classmethod
+    def of(cls, series: Mapping[str, Floats], worst: Mapping[str, Floats]) -> Recording:
+        """Put series together.
+
+        Parameters
+        ----------
+        series : mapping of str to numpy.ndarray
+            :data:`ROWS`.
+        worst : mapping of str to numpy.ndarray
+            The largest residuals of blocks and connections.
+
+        Returns
+        -------
+        Recording
+            Of these.
+        """
+        ledger = Ledger(**{key: series[key] for key in (*SERIES, "balance_error")}, **worst)
+        return cls(series["t"], series["x"], series["theta"], series["points"], series["input_integral"], ledger)
+
     def sliced(self, times: Ints) -> Recording:
         """Keep some of the saved times.
 
@@ -104,10 +128,8 @@ class Recording:
         Recording
             The largest residuals stay those of the whole run.
         """
-        ledger = replace(
-            self.ledger,
-            **{name: getattr(self.ledger, name)[times] for name in (*SERIES, "balance_error")},
-        )
+        of_run = {name: getattr(self.ledger, name) for name in ("block_error", "connection_error")}
+        ledger = Ledger(**{name: getattr(self.ledger, name)[times] for name in (*SERIES, "balance_error")}, **of_run)
         return Recording(
             self.t[times], self.x[times], self.theta[times], self.points[times], self.input_integral[times], ledger
         )
@@ -123,8 +145,8 @@ class Recorder:
         The system that is integrated.
     stage : Unknowns
         For changing unknowns to states.
-    weights : tuple of float
-        Of the stages of the method.
+    weights, nodes : tuple of float
+        Of the stages of the method: what they count, and where in a step they are.
     t : float
         Time of the start, s.
     start : State
@@ -134,11 +156,13 @@ class Recorder:
     system: System
     stage: Unknowns
     weights: tuple[float, ...]
+    nodes: tuple[float, ...]
     t: float
     start: State
     _steps: list[tuple[Step, float | None]] = field(default_factory=list)
     _losses: list[list[Floats]] = field(default_factory=list)
     _saved: dict[str, list[Floats]] = field(default_factory=dict)
+    _handed_over: bool = False
 
     def __post_init__(self) -> None:
         """Save the start."""
@@ -149,9 +173,10 @@ class Recorder:
         self._worst = [np.zeros(len(self.system.parts)), np.zeros(len(self.system.connections.names))]
         self._error_since = 0.0
         self._integral = np.zeros(self.system.n_inputs)
+        self._middles, self._open = Middles(self.system, self.nodes), True
         self._keep(
             np.array([self.t]),
-            self.start.x[None],
+            self.start.x[None].copy(),
             self.start.theta[None],
             self.start.points[None],
             self._integral[None],
@@ -159,6 +184,7 @@ class Recorder:
             {k: v[None] for k, v in self._totals.items()},
             np.zeros(1),
         )
+        self._saved |= {"newton_iterations": [np.zeros(0, dtype=np.int64)], "lag": [np.zeros(0)]}
 
     def add(self, step: Step, save_at: float | None) -> None:
         """Take in an accepted step.
@@ -199,23 +225,87 @@ class Recorder:
         if self._steps and self._steps[-1][1] is None:
             self._steps[-1] = (self._steps[-1][0], t)
 
-    def finish(self) -> Recording:
+    def finish(self) -> tuple[Recording, dict[str, Floats]]:
         """Evaluate what is left.
 
         Returns
         -------
-        Recording
+        recording : Recording
             All saved times.
+        steps : dict of str to numpy.ndarray
+            :data:`STEPS` of all steps, shape (steps,).
+        """
+        series = self.drain(last=True)
+        return Recording.of(series, self.worst), {key: series[key] for key in STEPS}
+
+    def drain(self, last: bool = False) -> dict[str, Floats]:
+        """Evaluate what is left and hand over, once, what has been saved.
+
+        Parameters
+        ----------
+        last : bool, optional
+            No step follows. Otherwise a row is held back in which the next step will set states without a rate.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray
+            :data:`ROWS` of new saved times and :data:`STEPS` of new steps.
         """
         self._flush()
-        a = {key: np.concatenate(parts) for key, parts in self._saved.items()}
-        ledger = Ledger(
-            **{key: a[key] for key in SERIES},
-            balance_error=a["balance_error"],
-            block_error=self._worst[0],
-            connection_error=self._worst[1],
-        )
-        return Recording(a["t"], a["x"], a["theta"], a["points"], a["input_integral"], ledger)
+        saved = {key: np.concatenate(parts) for key, parts in self._saved.items()}
+        held = 0 if last or not (self._open and self._middles.waiting) else 1
+        rows = saved["t"].size - held
+        self._saved = {key: [array[rows:] if key in ROWS else array[:0]] for key, array in saved.items()}
+        self._handed_over = self._handed_over or rows > 0
+        return {key: array[:rows] if key in ROWS else array for key, array in saved.items()}
+
+    @property
+    def worst(self) -> dict[str, Floats]:
+        """The largest residuals so far, of blocks and of connections."""
+        return {"block_error": self._worst[0], "connection_error": self._worst[1]}
+
+    def memory(self) -> dict[str, Floats]:
+        """Return what it needs to go on, after :meth:`drain`.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray
+            For :meth:`remember`.
+        """
+        own = {
+            "points": self._points,
+            "stored": self._stored,
+            "error_since": np.array(self._error_since),
+            "integral": self._integral,
+            "open": np.array(float(self._open)),
+            "handed_over": np.array(float(self._handed_over)),
+        }
+        parts = {
+            "totals": self._totals,
+            "worst": self.worst,
+            "middles": self._middles.memory(),
+            "held": {key: parts[0] for key, parts in self._saved.items()},
+        }
+        return own | {f"{part}.{key}": array for part, arrays in parts.items() for key, array in arrays.items()}
+
+    def remember(self, memory: Mapping[str, Floats]) -> None:
+        """Go on from there.
+
+        Parameters
+        ----------
+        memory : mapping of str to numpy.ndarray
+            From :meth:`memory`.
+        """
+
+        def part(name: str) -> dict[str, Floats]:
+            return {key.removeprefix(f"{name}."): a for key, a in memory.items() if key.startswith(f"{name}.")}
+
+        self._points, self._stored, self._integral = (memory[key] for key in ("points", "stored", "integral"))
+        self._error_since = float(memory["error_since"])
+        self._open, self._handed_over = bool(memory["open"]), bool(memory["handed_over"])
+        self._totals, worst, self._saved = part("totals"), part("worst"), {k: [a] for k, a in part("held").items()}
+        self._worst = [worst["block_error"], worst["connection_error"]]
+        self._middles.remember(part("middles"))
 
     def _flush(self) -> None:
         if not self._steps:
@@ -227,6 +317,7 @@ class Recorder:
         theta_z = np.concatenate([s.theta_z for s in steps])
         u = np.concatenate([s.u for s in steps])
         x = self.stage.unpack(np.array([s.x for s in steps]))
+        self._complete(dt, z.reshape(len(steps), -1, x.shape[1]), x)
         losses = [np.concatenate(of_one) for of_one in zip(*self._losses, strict=True)]
         frozen = z
         if any(s.frozen is not None for s in steps):
@@ -276,10 +367,24 @@ class Recorder:
             {k: v[saved] for k, v in totals.items()},
             np.array(errors),
         )
+        self._saved["newton_iterations"].append(np.array([s.iterations for s in steps], dtype=np.int64))
+        self._saved["lag"].append(np.array([s.lag for s in steps]))
+        self._open = self._steps[-1][1] is not None
         self._stored, self._points, self._integral = stored[-1:], points[-1], integral[-1]
         self._totals = {key: total[-1] for key, total in totals.items()}
         self._steps.clear()
         self._losses.clear()
+
+    def _complete(self, dt: Floats, z: Floats, x: Floats) -> None:
+        """Fill in the states without a rate, also in the rows of the start and of the last step before."""
+        start, before, ends = self._middles.add(dt, z)
+        states = self._middles.states
+        if before is not None and self._open:
+            self._saved["x"][-1][-1, states] = before
+        if start is not None and not self._handed_over:
+            self._saved["x"][0][0, states] = start
+        if ends is not None:
+            x[:, states] = ends
 
     def _keep(
         self,

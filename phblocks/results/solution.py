@@ -11,15 +11,16 @@ import numpy as np
 
 from phblocks.blocks.block import Block, BlockPoint
 from phblocks.blocks.checks import require_real
-from phblocks.blocks.form import CONFIGURATION, NO_ENERGY, History
+from phblocks.blocks.form import History
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
 from phblocks.frames import rotate
 from phblocks.ports import Anchor, Place
 from phblocks.results.ends import Ends
 from phblocks.results.kinematics import Base, bases, history_of
-from phblocks.results.power import PowerLedger
+from phblocks.results.labels import Labels
+from phblocks.results.readings import Readings
 from phblocks.results.recording import Recording
-from phblocks.results.status import EnergySeries, Statistics, Status
+from phblocks.results.status import Statistics, Status
 from phblocks.system import Part, Site, State, System
 from phblocks.triplets import Floats, Ints
 
@@ -29,7 +30,7 @@ Target = Block | BlockPoint | Anchor | str
 
 
 @dataclass(frozen=True, repr=False)
-class Solution:
+class Solution(Readings):
     """States, positions, energies and powers of a run.
 
     Parameters
@@ -48,10 +49,6 @@ class Solution:
     recording: Recording
     status: Status
     statistics: Statistics
-
-    def __repr__(self) -> str:
-        """Say how far the run went and how it ended."""
-        return f"<Solution of {self.system.name!r}: {self.t.size} times to {self.t[-1]:g} s, {self.status.name}>"
 
     def at(self, time: float) -> State:
         """Return everything that evolves at a saved time, to start again from or to linearise about.
@@ -97,74 +94,10 @@ class Solution:
         """
         return replace(self, recording=self.recording.sliced(times))
 
-    @property
-    def t(self) -> Floats:
-        """Saved times, shape (times,), s."""
-        return self.recording.t
-
-    @property
-    def x(self) -> Floats:
-        """States at the saved times, shape (times, n); names in ``system.state_names``."""
-        return self.recording.x
-
-    def state(self, name: str) -> Floats:
-        """Return the series of one state.
-
-        Parameters
-        ----------
-        name : str
-            Such as ``"crank.V1[0]"``; all of them are in ``system.state_names``.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape (times,).
-
-        Raises
-        ------
-        UnknownNameError
-            If there is no such state.
-        """
-        if not isinstance(name, str) or name not in self._places:
-            raise UnknownNameError(
-                "state",
-                expected="one of system.state_names",
-                got=repr(name),
-                fix=f"For example {self.system.state_names[0]}.",
-            )
-        return self.x[:, self._places[name]]
-
     @cached_property
-    def _places(self) -> dict[str, int]:
-        return {name: i for i, name in enumerate(self.system.state_names)}
-
-    @cached_property
-    def energy(self) -> EnergySeries:
-        """Energies at the saved times, J: the kinds stored (kinetic, strain), gravity, supplied, dissipated, total.
-
-        Gravity is the potential energy relative to the start. Total is what is stored plus gravity; it changes by
-        what is supplied less what is dissipated.
-        """
-        ledger = self.recording.ledger
-        series = dict(zip(self.system.energy_kinds, np.moveaxis(ledger.stored.sum(axis=1), 1, 0), strict=True))
-        for kind in (NO_ENERGY, CONFIGURATION):
-            series.pop(kind, None)
-        series["gravity"] = ledger.potential.sum(axis=1)
-        total = np.sum(list(series.values()), axis=0)
-        series["supplied"] = ledger.supplied.sum(axis=1)
-        series["dissipated"] = ledger.dissipated.sum(axis=1)
-        series["total"] = total
-        return EnergySeries(series)
-
-    @property
-    def max_power_balance_error(self) -> float:
-        """Largest ``|dH - supplied + dissipated|`` of any step, J."""
-        return float(self.recording.ledger.balance_error.max(initial=0.0))
-
-    @cached_property
-    def power(self) -> PowerLedger:
-        """Who gave energy to whom: by block and by connection, with the worst residuals."""
-        return PowerLedger(self.system, self.recording)
+    def labels(self) -> Labels:
+        """The names of the system."""
+        return Labels.of(self.system)
 
     def position(self, target: Target, s: Place | None = None, source: Source | None = None) -> Floats:
         """Return the path of a point.

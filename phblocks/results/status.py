@@ -20,17 +20,21 @@ class Status:
     ok : bool
         It reached its end.
     name : str
-        A word for programs: "success", "step failed", "structure lost", "input not finite".
+        A word for programs: "success", "step failed", "structure lost", "input not finite", "input failed", "not
+        written", "interrupted".
     text : str
         When, where, and what to do.
     time : float or None
         Where it stopped, s, if it did not reach its end.
+    error : Exception or None
+        The exception that stopped it, with its traceback, if it came from a function of the user's.
     """
 
     ok: bool
     name: str
     text: str
     time: float | None = None
+    error: Exception | None = field(default=None, repr=False, compare=False)
 
     def __str__(self) -> str:
         """Return name and text."""
@@ -115,6 +119,74 @@ class Status:
             "Correct the function given in inputs."
         )
         return cls(False, "input not finite", text, time)
+
+    @classmethod
+    def input_failed(cls, time: float, name: str, error: Exception) -> Status:
+        """Report that a signal raised an exception, or gave a value of another shape or kind than at the start.
+
+        Parameters
+        ----------
+        time : float
+            When, s.
+        name : str
+            Which exposed port.
+        error : Exception
+            What was raised.
+
+        Returns
+        -------
+        Status
+            Not ``ok``; the exception is its ``error``.
+        """
+        text = (
+            f"the signal of {name!r} at t = {time:.9g} s: {type(error).__name__}: {error} The results up to there are "
+            "kept. Correct the function given in inputs; status.error is the exception, with its traceback."
+        )
+        return cls(False, "input failed", text, time, error)
+
+    @classmethod
+    def not_written(cls, time: float, path: str, error: Exception) -> Status:
+        """Report that results could not be written to disk.
+
+        Parameters
+        ----------
+        time : float
+            Up to which the run went, s.
+        path : str
+            The file.
+        error : Exception
+            What was raised.
+
+        Returns
+        -------
+        Status
+            Not ``ok``; the exception is its ``error``.
+        """
+        text = (
+            f"{path} could not be written at t = {time:.9g} s: {error}. What was written before is complete and "
+            "can be read, and this solution has all results up to there. Make room, or correct the rights, and call "
+            "ph.resume."
+        )
+        return cls(False, "not written", text, time, error)
+
+    @classmethod
+    def interrupted(cls, time: float, path: str) -> Status:
+        """Report that a run on disk has no end: it was killed, or still goes on.
+
+        Parameters
+        ----------
+        time : float
+            Of its last checkpoint, s.
+        path : str
+            The file.
+
+        Returns
+        -------
+        Status
+            Not ``ok``.
+        """
+        text = f"the run was killed, or still goes on; ph.resume({path!r}, system) goes on from t = {time:.9g} s"
+        return cls(False, "interrupted", text, time)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from phblocks.inputs import Drive
 from phblocks.solvers.method import Stepper
 from phblocks.solvers.schedule import Schedule
 from phblocks.solvers.step import Step, StepFailed
-from phblocks.system import System
+from phblocks.system import State, System
 from phblocks.triplets import Floats
 
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.9, 0.2, 4.0
@@ -95,6 +95,11 @@ class ErrorNorm:
         The system.
     options : Adaptive
         Tolerances and outputs.
+
+    Attributes
+    ----------
+    largest : numpy.ndarray
+        The largest norm, or the largest size of each output, so far.
     """
 
     def __init__(self, system: System, options: Adaptive) -> None:
@@ -109,7 +114,7 @@ class ErrorNorm:
                     fix="Use system.output_names.",
                 )
         self._watched = [names.index(name) for name in options.outputs]
-        self._largest = np.zeros(max(1, len(self._watched)))
+        self.largest = np.zeros(max(1, len(self._watched)))
 
     def __call__(self, coarse: tuple[Floats, Floats], fine: tuple[Floats, Floats]) -> float:
         """Compare two states with their orientations.
@@ -129,8 +134,8 @@ class ErrorNorm:
             error, size = np.abs(rough - value), np.abs(value)
         else:
             error, size = (np.array([self._energy_norm(d, fine[0])]) for d in (coarse[0] - fine[0], fine[0]))
-        self._largest = np.maximum(self._largest, np.where(np.isfinite(size), size, 0.0))
-        allowed = self._options.atol + self._options.rtol * self._largest
+        self.largest = np.maximum(self.largest, np.where(np.isfinite(size), size, 0.0))
+        allowed = self._options.atol + self._options.rtol * self.largest
         return float(np.max(error / np.maximum(allowed, np.finfo(float).tiny)))
 
     def _energy_norm(self, d: Floats, x: Floats) -> float:
@@ -146,12 +151,12 @@ class AdaptiveSteps:
 
     Parameters
     ----------
-    stepper : Stepper
-        Takes the steps.
+    prepare : callable
+        Makes a stepper, which takes the steps.
     drive : Drive
         The inputs.
-    x, theta : numpy.ndarray
-        Unknowns and rotation states at the start.
+    start : State
+        Where it starts.
     schedule : Schedule
         The times; its dt is the first step.
     norm : ErrorNorm
@@ -163,7 +168,7 @@ class AdaptiveSteps:
 
     Attributes
     ----------
-    stage, weights
+    stage, weights, nodes
         Of the stepper.
     steps, halvings, rejections : int
         Counts.
@@ -171,43 +176,83 @@ class AdaptiveSteps:
 
     def __init__(
         self,
-        stepper: Stepper,
+        prepare: Callable[[], Stepper],
         drive: Drive,
-        x: Floats,
-        theta: Floats,
+        start: State,
         schedule: Schedule,
         norm: ErrorNorm,
         order: int,
         limits: tuple[float, float],
     ) -> None:
-        self.stage, self.weights = stepper.stage, stepper.weights
-        self.steps = self.halvings = self.rejections = 0
-        self._stepper, self._drive, self._x, self._theta = stepper, drive, x, theta
+        self._prepare, self._stepper = prepare, prepare()
+        self.stage, self.weights, self.nodes = self._stepper.stage, self._stepper.weights, self._stepper.nodes
+        self.steps = self.halvings = self.rejections = self._count = 0
+        self._drive, self._x, self._theta = drive, self.stage.pack(start.x), start.theta
+        self._t, self._h, self._last_error = 0.0, min(schedule.dt, limits[1]), 1.0
+        self._asked: tuple[list[float], Floats] = ([], np.zeros((0, 0)))
+        self._whole = True  # not between the halves of a step
         self._schedule, self._norm, self._order, self._limits = schedule, norm, order, limits
 
     def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
         """Go; see :class:`~phblocks.solvers.method.Walk`."""
-        schedule, t, count, last_error = self._schedule, 0.0, 0, 1.0
-        h = min(schedule.dt, self._limits[1])
+        schedule = self._schedule
         for target in schedule.times or (schedule.t_end,):
-            while t < target:
-                room = target - t
+            while self._t < target:
+                t, h, room = self._t, self._h, target - self._t
                 # a rest of less than a step is taken at once or in two, never as a splinter
                 length = room if h >= room * (1.0 - 1e-9) else min(h, 0.5 * room)
                 pair, error = self._attempt(t, length)
                 if not error <= 1.0:
-                    h = length * self._factor(error, 1.0)
-                    if h < self._limits[0]:
+                    self._h = length * self._factor(error, 1.0)
+                    if self._h < self._limits[0]:
                         why = "the tolerances ask for shorter steps than are allowed"
                         raise StepFailed(t, length, why if pair else "Newton's method did not converge")
                     continue
-                half, t, count = t + 0.5 * length, target if length == room else t + length, count + 1
+                self._t, self._count = target if length == room else t + length, self._count + 1
                 self._x, self._theta = pair[1].x, pair[1].theta
-                self.steps += 2
-                yield pair[0], half, False
-                yield pair[1], t, t == target or schedule.saves(count)
-                proposed = length * self._factor(error, last_error)
-                h, last_error = min(max(proposed, h) if length < h else proposed, self._limits[1]), max(error, 1e-4)
+                proposed = length * self._factor(error, self._last_error)
+                self._h = min(max(proposed, h) if length < h else proposed, self._limits[1])
+                self._last_error = max(error, 1e-4)
+                self.steps, self._whole = self.steps + 1, False
+                yield pair[0], t + 0.5 * length, False
+                self.steps, self._whole = self.steps + 1, True
+                yield pair[1], self._t, self._t == target or schedule.saves(self._count)
+
+    def mark(self) -> dict[str, Floats] | None:
+        """Return where it is; see :class:`~phblocks.solvers.method.Resumable`.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray or None
+            For :meth:`resume`; ``None`` where it cannot be left.
+        """
+        if not self._whole:
+            return None
+        times, inputs = self._asked
+        return {
+            "counts": np.array([self._count, self.steps, self.halvings, self.rejections], dtype=np.int64),
+            "control": np.array([self._t, self._h, self._last_error]),
+            "largest": self._norm.largest,
+            "x": self._x,
+            "theta": self._theta,
+            "input_times": np.array(times),
+            "inputs": inputs,
+        }
+
+    def resume(self, mark: Mapping[str, Floats]) -> None:
+        """Go there; see :class:`~phblocks.solvers.method.Resumable`.
+
+        Parameters
+        ----------
+        mark : mapping of str to numpy.ndarray
+            From :meth:`mark`.
+        """
+        self._stepper = self._prepare()
+        self.stage = self._stepper.stage
+        self._count, self.steps, self.halvings, self.rejections = map(int, mark["counts"])
+        self._t, self._h, self._last_error = map(float, mark["control"])
+        self._norm.largest = mark["largest"]
+        self._x, self._theta = mark["x"], mark["theta"]
 
     def _factor(self, error: float, last: float) -> float:
         """How much longer the next step may be: Gustafsson's PI controller."""
@@ -238,5 +283,7 @@ class AdaptiveSteps:
         return pair, error
 
     def _step(self, x: Floats, theta: Floats, t: float, h: float) -> Step | None:
-        u = self._drive.at([t + c * h for c in self._stepper.nodes])
+        times = [t + c * h for c in self._stepper.nodes]
+        u = self._drive.at(times)
+        self._asked = times, u
         return self._stepper.step(x, theta, h, u)

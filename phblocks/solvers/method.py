@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Protocol, runtime_checkable
 
 from phblocks.inputs import Drive
@@ -131,6 +131,11 @@ class Walk(Protocol):
         ...
 
     @property
+    def nodes(self) -> tuple[float, ...]:
+        """Where in a step its stages are, as fractions of it."""
+        ...
+
+    @property
     def steps(self) -> int:
         """Accepted steps so far."""
         ...
@@ -148,7 +153,38 @@ class Walk(Protocol):
     def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
         """Go; yields accepted steps, the time at the end of each, s, and whether to save it.
 
-        Raises :class:`StepFailed` or :class:`~phblocks.inputs.NotFinite` where it cannot go on.
+        Raises :class:`StepFailed`, :class:`~phblocks.inputs.NotFinite` or :class:`~phblocks.inputs.InputFailed` where
+        it cannot go on.
+        """
+        ...
+
+
+@runtime_checkable
+class Resumable(Walk, Protocol):
+    """A walk that can forget how it came to where it is, and go on from there: for checkpoints.
+
+    What it remembers besides the state (factors, past steps) it loses at every checkpoint, in a run that goes on as in
+    one that is resumed, so that both take the same steps.
+    """
+
+    def mark(self) -> dict[str, Floats] | None:
+        """Return everything that is needed to go on from the last step that was yielded.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray or None
+            With "input_times" and "inputs", shapes (times,) and (times, n_inputs): what the inputs gave last. ``None``
+            where it cannot be left, such as in the middle of a step that was halved.
+        """
+        ...
+
+    def resume(self, mark: Mapping[str, Floats]) -> None:
+        """Go there; the next iteration goes on from there.
+
+        Parameters
+        ----------
+        mark : mapping of str to numpy.ndarray
+            From :meth:`mark`, of this walk or of another one of the same run.
         """
         ...
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -244,7 +244,7 @@ class ScipyWalk:
     ----------
     stage : RateEquation
         The equations.
-    weights : tuple of float
+    weights, nodes : tuple of float
         Of the Gauss points at which the ledger evaluates powers.
     steps, halvings, rejections : int
         Accepted steps; SciPy does not tell the others.
@@ -256,9 +256,13 @@ class ScipyWalk:
         self, equation: RateEquation, drive: Drive, start: State, schedule: Schedule, options: ScipyIVP
     ) -> None:
         gauss = Collocation.gauss(3)
-        self.stage, self.weights, self._nodes = equation, tuple(map(float, gauss.b)), gauss.c
+        self.stage, self.weights = equation, tuple(map(float, gauss.b))
+        self.nodes = tuple(map(float, gauss.c))
         self.steps = 0
-        self._drive, self._start, self._schedule, self._options = drive, start, schedule, options
+        self._drive, self._schedule, self._options = drive, schedule, options
+        self._t, self._y = 0.0, equation.join(start)
+        self._first_step: float | None = None
+        self._solver: OdeSolver | None = None
 
     def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
         """Go; see :class:`~phblocks.solvers.method.Walk`. A step is booked in pieces that end at saved times."""
@@ -270,11 +274,13 @@ class ScipyWalk:
         def jacobian(t: float, y: Floats) -> sp.csc_array:
             return equation.jacobian(y, self._drive.at([t])[0])
 
-        extra = {"jac": jacobian} if options.method in IMPLICIT else {}
-        solver = METHODS[options.method](
-            rates, 0.0, equation.join(self._start), self._schedule.t_end, rtol=options.rtol, atol=options.atol, **extra
+        extra: dict[str, Any] = {"jac": jacobian} if options.method in IMPLICIT else {}
+        if self._first_step is not None:
+            extra["first_step"] = min(self._first_step, self._schedule.t_end - self._t)
+        solver = self._solver = METHODS[options.method](
+            rates, self._t, self._y, self._schedule.t_end, rtol=options.rtol, atol=options.atol, **extra
         )
-        t, dense = 0.0, cast(Callable[[float], Floats], None)  # set by the first step
+        t, dense = self._t, cast(Callable[[float], Floats], None)  # set by the first step
         for _, target in self._schedule.targets():
             while t < target:
                 if t >= solver.t:
@@ -284,7 +290,7 @@ class ScipyWalk:
                     self.steps += 1
                     dense = solver.dense_output()
                 end = min(target, solver.t)
-                times = t + self._nodes * (end - t)
+                times = t + np.array(self.nodes) * (end - t)
                 z = [equation.split(dense(at)) for at in times]
                 x, theta, points = equation.split(solver.y if end == solver.t else dense(end))
                 step = Step(
@@ -297,5 +303,38 @@ class ScipyWalk:
                     iterations=0,
                     points=points,
                 )
-                t = end
+                self._t = t = end
                 yield step, t, t == target
+
+    def mark(self) -> dict[str, Floats] | None:
+        """Return where it is; see :class:`~phblocks.solvers.method.Resumable`. There SciPy's method starts anew.
+
+        Returns
+        -------
+        dict of str to numpy.ndarray or None
+            For :meth:`resume`; ``None`` where it cannot be left.
+        """
+        solver = self._solver
+        if solver is not None and self._t < solver.t:
+            return None
+        times = [] if solver is None else [self._t]
+        return {
+            "counts": np.array([self.steps], dtype=np.int64),
+            "t": np.array([self._t, np.nan if solver is None else abs(solver.h_abs)]),
+            "y": self._y if solver is None else solver.y,
+            "input_times": np.array(times),
+            "inputs": self._drive.at(times),
+        }
+
+    def resume(self, mark: Mapping[str, Floats]) -> None:
+        """Go there; see :class:`~phblocks.solvers.method.Resumable`.
+
+        Parameters
+        ----------
+        mark : mapping of str to numpy.ndarray
+            From :meth:`mark`.
+        """
+        (self.steps,) = map(int, mark["counts"])
+        self._t, step = map(float, mark["t"])
+        self._first_step = None if np.isnan(step) else step
+        self._y = mark["y"]

@@ -87,9 +87,8 @@ def test_a_ball_without_mass_follows_its_load_at_once():
     system = d.compile()
     assert not system.carries_energy.any() and not system.E.toarray().any()
     solution = ph.simulate(system, t_end=1.0, dt=0.1, inputs={"wind": lambda t: (8.0 * t, 2.0)})
-    middle = solution.t[1:] - 0.05
-    np.testing.assert_allclose(solution.state("dust.V1[0]")[1:], 2.0 * middle, rtol=1e-12)
-    np.testing.assert_allclose(solution.state("dust.V2[0]")[1:], 0.5, rtol=1e-12)
+    np.testing.assert_allclose(solution.state("dust.V1[0]"), 2.0 * solution.t, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(solution.state("dust.V2[0]"), 0.5, rtol=1e-12)
     np.testing.assert_allclose(solution.energy.dissipated, solution.energy.supplied, rtol=1e-12)
     np.testing.assert_allclose(ball.read(solution)[-1], [1.0, 0.5], rtol=1e-12)
 
