@@ -157,7 +157,13 @@ def draw_scene(scene: Scene) -> tuple[Figure, Any]:
     for line in scene.lines:
         coloured = line.values is not None
         lines.append(
-            LineCollection([], linewidths=3.0 if coloured else 1.2, capstyle="round", label=line.name, zorder=2)
+            LineCollection(
+                [],
+                linewidths=3.0 if coloured else 10.0 if line.dot else 1.2,
+                capstyle="round",
+                label=line.name,
+                zorder=2,
+            )
         )
         if coloured:
             lines[-1].set(cmap="coolwarm" if signed else "viridis", clim=(-largest if signed else 0.0, largest))

@@ -69,7 +69,7 @@ if (store) {
     }
     for (const line of scene.lines) {
       const p = line.places[frame];
-      if (!line.values) { stroke(p, "#555", line.places[0].length > 4 ? 4 : 1.5); continue; }
+      if (!line.values) { stroke(p, "#555", line.dot ? 14 : p.length > 4 ? 4 : 1.5); continue; }
       const v = line.values[frame];
       for (let k = 0; k + 1 < v.length; k++) {
         stroke(p.slice(2 * k, 2 * k + 4), paint((v[k] + v[k + 1]) / 200), 5);

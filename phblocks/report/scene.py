@@ -43,6 +43,11 @@ class Line:
     places: Floats
     values: Floats | None
 
+    @property
+    def dot(self) -> bool:
+        """Whether it is a point."""
+        return not np.ptp(self.places, axis=1).any()
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -112,6 +117,7 @@ class Scene:
             "lines": [
                 {
                     "name": line.name,
+                    "dot": line.dot,
                     "places": whole(line.places),
                     "values": None
                     if line.values is None or not largest
@@ -201,6 +207,8 @@ def _lines(solution: Solution, part: Part, colour: Profile | None) -> list[Line]
     form, places = part.form, part.form.outline()
     if form.points is not None and places:
         history = history_of(solution.system, solution.recording, part)
+        if len(places) == 1:  # a point: a line of no length, which round ends make a dot
+            places = (*places, *places)
         values = None if colour is None else form.profile(history, colour, places)
         return [Line(part.name, np.stack([solution.position(part.name, s) for s in places], axis=1), values)]
     x = solution.system.sharing.of_block(solution.recording.x, part.states)
