@@ -9,11 +9,14 @@ import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phblocks.approximation import Approximation, require_approximation
 from phblocks.assembly import Outputs, assemble
 from phblocks.blocks.block import Block
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
 from phblocks.causality import CausalityReport, assign_causality
+from phblocks.effects.approximations import approximated
+from phblocks.effects.justification import justified
 from phblocks.errors import (
     ArgumentTypeError,
     DataError,
@@ -60,6 +63,11 @@ class Diagram:
         self.network = Network(name, acceleration, PLANAR, blocks={ground.name: ground})
         self._ground = ground
         self._inner: tuple[Diagram, ...] = ()
+
+    def __repr__(self) -> str:
+        """Count blocks and junctions."""
+        network = self.network
+        return f"<Diagram {self.name!r}: {len(network.blocks)} blocks, {len(network.junctions())} junctions>"
 
     @property
     def name(self) -> str:
@@ -346,9 +354,9 @@ class Diagram:
         CausalityReport
             Also for a diagram that is not causal; it prints as a table.
         """
-        return assign_causality(self.network)
+        return assign_causality(approximated(self.network))
 
-    def compile(self, outputs: Outputs = "all") -> System:
+    def compile(self, outputs: Outputs = "all", approximation: Approximation | None = None) -> System:
         """Assemble the diagram.
 
         Parameters
@@ -356,6 +364,8 @@ class Diagram:
         outputs : {"all", None}, optional
             "all" keeps orientations and positions of all blocks for reading; ``None`` keeps only what the
             physics needs (orientations where frames turn against each other, positions where gravity acts).
+        approximation : Approximation, optional
+            What is left out in blocks that do not say so themselves; nothing by default.
 
         Returns
         -------
@@ -374,14 +384,17 @@ class Diagram:
             If a constraint follows from others, or holds nothing.
         GapError
             If what is joined to a slider is not in the place that it was given.
+        ApproximationError
+            If large rotations are left out in a block that is driven too fast for that.
         """
         if all(block.shared for block in self.network.blocks.values()):
             raise DataError(
                 f"diagram {self.name!r}", expected="blocks", got="none but the ground", fix="Call add() first."
             )
-        report = self.check()
+        network = approximated(self.network, require_approximation("compile approximation", approximation))
+        report = assign_causality(network)
         report.raise_if_impossible()
-        return assemble(self.network, report, outputs)
+        return justified(assemble(network, report, outputs))
 
     def _nest(self, inner: Diagram, name: str) -> Nested:
         where = f"add diagram {name!r} to {self.name!r}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 from html import escape
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from phblocks.causality import CausalityReport
+from phblocks.effects.record import Effect
 from phblocks.errors import UnknownNameError
 from phblocks.plots.diagram import diagram
 from phblocks.plots.energy import energy
@@ -68,7 +70,7 @@ def causality(solution: Solution) -> str:
 
 
 def effects(solution: Solution) -> str:
-    """Tabulate what was kept of the physics and what was dropped.
+    """Tabulate what was kept of the physics, proven to change nothing, and left out on request.
 
     Parameters
     ----------
@@ -78,10 +80,17 @@ def effects(solution: Solution) -> str:
     Returns
     -------
     str
-        HTML; empty for a system that does not say (no attribute ``effects``).
+        HTML, of ``system.effects`` if the system has such a record, else of ``system.approximations``; empty if there
+        is nothing to tell.
     """
-    told: Any = getattr(solution.system, "effects", None)
-    return "" if told is None else f"<pre>{escape(str(told))}</pre>"
+    told: Any = getattr(solution.system, "effects", None) or solution.system.approximations
+    if not told:
+        return ""
+    effects = list(told) if isinstance(told, Iterable) else []
+    if not all(isinstance(effect, Effect) for effect in effects):
+        return f"<pre>{escape(str(told))}</pre>"
+    rows: list[list[Cell]] = [[e.block or "the whole", e.name, e.status, e.states, e.reason] for e in effects]
+    return table(("block", "effect", "status", "states", "why"), rows, "effects-table")
 
 
 def energies(solution: Solution) -> str:

@@ -17,10 +17,11 @@ points.  Everything is linear in them:
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -43,8 +44,11 @@ from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.triplets import Floats, Ints, Triplets
 
+if TYPE_CHECKING:
+    from phblocks.effects.record import Effect
 
-@dataclass(frozen=True, repr=False)
+
+@dataclass(frozen=True, repr=False, eq=False)
 class System:
     """A diagram in matrices.
 
@@ -103,6 +107,8 @@ class System:
         The states that blocks share.
     report : object
         The causality report the system was assembled from.
+    approximations : tuple of Effect
+        What was left out on request, by block.
     """
 
     name: str
@@ -134,6 +140,7 @@ class System:
     start: State
     sharing: Sharing
     report: object = field(repr=False)
+    approximations: tuple[Effect, ...] = ()
 
     def __repr__(self) -> str:
         """Count what the system has."""
@@ -171,6 +178,11 @@ class System:
             phi, shape (n_features,) or (n_features, m).
         """
         return np.concatenate([self.angles.features(theta), self.lines.directions(theta, x)])
+
+    @cached_property
+    def prepared(self) -> dict[Hashable, object]:
+        """What others made of this system once and want to find again, such as equations of time methods."""
+        return {}
 
     @cached_property
     def Q(self) -> sp.csr_array:
@@ -320,7 +332,8 @@ class System:
         Multipliers, states of stateless parts and spans do not, nor do states whose energy is not quadratic.
         """
         carry = np.array([kind not in (NO_ENERGY, CONFIGURATION) for kind in self.energy_kinds], dtype=bool)
-        carries = carry[self.energy_kind_of_state]
+        # a state that blocks share stores energy if it does in one of them
+        carries = np.asarray(abs(self.sharing.expansion).T @ carry[self.energy_kind_of_coordinate].astype(float)) > 0.0
         for storage in self.storages:
             carries[storage.energy] = False
         return carries

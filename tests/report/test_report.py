@@ -162,12 +162,21 @@ def test_a_system_that_is_nowhere(tmp_path):
     assert [a["id"] for tag, a in page.elements if tag == "section"] == [s for s in SECTIONS if s != "motion"]
 
 
-def test_effects_and_health_are_shown_where_there_are_any(solution, tmp_path, monkeypatch):
-    monkeypatch.setattr(type(solution.system), "effects", "kept: <shear>", raising=False)
+def test_effects_left_out_are_told(four_bar, tmp_path):
+    system = four_bar().compile(approximation=ph.Approximation(shear=False))
+    assert system.approximations
+    solution = ph.simulate(system, t_end=0.05, dt=0.01)
+    page = Page(solution.report(tmp_path / "x.html").read_text(encoding="utf-8"))
+    _, *rows = page.tables["effects-table"]
+    assert rows == [[e.block or "the whole", e.name, e.status, e.states, e.reason] for e in system.approximations]
+
+
+def test_what_others_say_of_effects_and_health_is_shown(solution, tmp_path, monkeypatch):
+    monkeypatch.setattr(type(solution.system), "effects", ("kept: <shear>",), raising=False)
     monkeypatch.setattr(type(solution), "health", "a warning", raising=False)
     page = Page(solution.report(tmp_path / "x.html").read_text(encoding="utf-8"))
     assert "effects" in page.ids
-    assert page.texts["pre"] == "kept: <shear>a warning"
+    assert page.texts["pre"] == "('kept: <shear>',)a warning"
 
 
 def test_wrong_arguments(solution, tmp_path):
