@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -22,6 +22,10 @@ NO_ENERGY = "none"
 #: Kind of energy of states that belong to the configuration, such as spans of lines: they move with velocities, and
 #: what moves them is in ``Form.kinematics`` or follows from ``Form.lines``.
 CONFIGURATION = "configuration"
+
+
+#: What a picture may be coloured by: bending moment (N m), strain energy a length (J/m).
+Profile = Literal["moment", "energy"]
 
 
 @dataclass(frozen=True)
@@ -286,6 +290,25 @@ class Form:
             None for a block without extension.
         """
         return ()
+
+    def profile(self, history: History, quantity: Profile, places: Sequence[Place]) -> Floats | None:
+        """Read a quantity along the block, to colour a picture by.
+
+        Parameters
+        ----------
+        history : History
+            Of this block.
+        quantity : {"moment", "energy"}
+            Bending moment, N m; strain energy a length, J/m.
+        places : sequence of Place
+            Where on the block.
+
+        Returns
+        -------
+        numpy.ndarray or None
+            Shape (times, places); ``None`` for a block that has no such quantity.
+        """
+        return None
 
     def velocity(self, history: History, place: Place) -> Floats:
         """Read the velocity of a place, in the material frame there.

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from os import PathLike
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from phblocks.blocks.block import Block, BlockPoint
 from phblocks.blocks.checks import require_real
-from phblocks.blocks.form import History
+from phblocks.blocks.form import History, Profile
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
 from phblocks.frames import rotate
 from phblocks.ports import Anchor, Place
@@ -300,6 +302,74 @@ class Solution(Readings):
             across = span @ guide.across.T
             gaps[guide.name] = np.linalg.norm(across - across[0], axis=1)
         return gaps
+
+    def animate(
+        self,
+        path: str | PathLike[str],
+        *,
+        colour: Profile | None = "moment",
+        trails: Sequence[BlockPoint | Anchor] = (),
+        speed: float = 1.0,
+        fps: float = 25.0,
+    ) -> Path:
+        """Write a film of the run, deformed to scale: see :func:`phblocks.report.write_animation`.
+
+        Parameters
+        ----------
+        path : str or path-like
+            By suffix ``.html`` (a page that needs nothing else), ``.gif`` or ``.mp4`` (needs ffmpeg).
+        colour : {"moment", "energy"} or None, optional
+            Colour of beams: bending moment, N m, or strain energy a length, J/m.
+        trails : sequence of BlockPoint or Anchor, optional
+            Points that leave a trail.
+        speed : float, optional
+            Seconds of the run in a second of the film.
+        fps : float, optional
+            Pictures a second.
+
+        Returns
+        -------
+        pathlib.Path
+            Where it is.
+
+        Raises
+        ------
+        ExportError
+            If the suffix is another, or ffmpeg is missing.
+        DataError
+            If speed or fps is not positive, the colour unknown, or no block has an extension.
+        ArgumentTypeError
+            If a trail is not a point.
+        """
+        from phblocks.report import write_animation
+
+        return write_animation(self, path, colour=colour, trails=trails, speed=speed, fps=fps)
+
+    def report(self, path: str | PathLike[str], *, colour: Profile | None = "moment") -> Path:
+        """Write one page about the run that needs nothing else: see :func:`phblocks.report.write_report`.
+
+        Parameters
+        ----------
+        path : str or path-like
+            With suffix ``.html``.
+        colour : {"moment", "energy"} or None, optional
+            Colour of beams in the animation.
+
+        Returns
+        -------
+        pathlib.Path
+            Where it is.
+
+        Raises
+        ------
+        ExportError
+            If the suffix is another.
+        DataError
+            If the colour is unknown.
+        """
+        from phblocks.report import write_report
+
+        return write_report(self, path, colour=colour)
 
     def _spots(self, site: Site, source: Source) -> list[Floats]:
         """Where all that is joined at a site has gone."""

@@ -1,6 +1,7 @@
 """A diagram on paper shows every block and connection, who gives what, and what is wrong."""
 
 import itertools
+from xml.etree import ElementTree
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -151,7 +152,87 @@ def test_conflicts_are_red(beam):
     assert "2 give velocity" in written
     assert "nobody gives velocity" in written
     assert ax.get_title() == "bad: not causal"
-    assert legend(ax)[-1] == "conflict"
+    assert legend(ax)[1] == "conflict"
+
+
+def test_repairs_are_written_and_what_the_first_changes_is_green(beam):
+    d = ph.Diagram("bad")
+    a = d.add(beam("first", (0.0, 0.0), (1.0, 0.0), causality="free-free"))
+    b = d.add(beam("second", (1.0, 0.0), (2.0, 0.0), causality="free-free"))
+    c = d.add(beam("third", (2.0, 0.0), (3.0, 0.0)))
+    d.pin(a.end, b.start)
+    d.pin(b.end, c.start)
+    repairs = d.check().repairs
+    mended = repairs[0].apply(d).network.blocks
+    ax = plots.diagram(d)
+    written = [" ".join(text.split()) for text in legend(ax) if text.startswith("repair")]
+    assert written == [f"repair {i}: {repair.what}" for i, repair in enumerate(repairs[:2], start=1)]
+    green = {name for name, box in boxes(ax).items() if same_color(box.get_edgecolor(), "tab:green")}
+    assert green == {name for name, block in d.network.blocks.items() if mended[name] is not block} != set()
+    ax.figure.draw_without_rendering()
+    assert ax.get_legend().get_window_extent().y0 >= 0.0
+
+
+def test_the_giving_side_is_marked(four_bar):
+    d = four_bar()
+    ax = plots.diagram(d)
+    gives = {a.port.path: a.gives for a in d.check().assignments}
+    given = sum(a.gives for a in d.check().assignments if len(a.junction.ports) > 1 and not a.port.block.shared)
+    marks = [line for line in ax.lines if line.get_marker() == "s"]
+    assert len(gives) > len(marks) == 8  # six ends and the ground, twice
+    full = [m for m in marks if m.get_label() == "_gives"]
+    assert len(full) == given + 2
+    assert all(same_color(m.get_markerfacecolor(), m.get_color()) for m in full)
+    assert all(same_color(m.get_markerfacecolor(), "white") for m in marks if m not in full)
+
+
+def test_a_source_is_the_outside(beam):
+    """It is drawn once, as the block that gives."""
+    d = ph.Diagram("pushed")
+    b, force = d.add(beam("beam", (0.0, 0.0), (1.0, 0.0))), d.add(ph.Velocity("shaker", (1.0, 0.0)))
+    d.connect(b.start.translation, force.port)
+    ax = plots.diagram(d)
+    assert [t.get_text() for t in ax.texts].count("shaker") == 1
+    tails = [tail for tail, _, _ in arrows(ax)]
+    assert sum(distance(boxes(ax)["shaker"], tail) < 1e-6 for tail in tails) == 1
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".png"])
+def test_files(four_bar, tmp_path, suffix):
+    path = tmp_path / f"four_bar{suffix}"
+    plots.diagram(four_bar(), path=path)
+    if suffix == ".png":
+        height, width = plt.imread(path).shape[:2]
+        assert width > height > 500
+    else:
+        assert ElementTree.parse(path).getroot().tag.endswith("svg")
+
+
+def test_other_files(four_bar):
+    with pytest.raises(ph.errors.ExportError, match="svg"):
+        plots.diagram(four_bar(), path="four_bar.doc")
+
+
+def test_names_are_no_mathematics(beam):
+    d = ph.Diagram("$x_")
+    d.add(beam("$a^", (0.0, 0.0), (1.0, 0.0)))
+    plots.diagram(d).figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize("draw", [chain, lambda beam, n: ladder(beam, n // 3)])
+def test_sixty_blocks_can_be_read(beam, draw):
+    """Folded into rows that fill the sheet; no line through a box."""
+    ax = plots.diagram(draw(beam, 60))
+    named = boxes(ax)
+    check_layout(ax, len(named))
+    assert len(named) >= 58
+    width, height = ax.figure.get_size_inches()
+    assert 0.5 < width / height < 2.0
+    names = [t for t in ax.texts if t.get_text() in named]
+    assert min(t.get_fontsize() for t in names) > 4.0
+    labels = [t.get_window_extent() for t in ax.texts if t.get_text() in ("start", "end")]
+    outside = sum(not any(a.overlaps(b.get_window_extent()) for b in named.values()) for a in labels)
+    assert outside >= 0.9 * len(labels)
 
 
 def test_a_held_port_open_to_the_outside_is_red(beam):

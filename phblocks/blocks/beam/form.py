@@ -24,7 +24,7 @@ from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.omission import kept_coefficients, kept_damping, without_energy
 from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
-from phblocks.blocks.form import AngleRows, Form, History, MaterialPoints, Piece, PortForm
+from phblocks.blocks.form import AngleRows, Form, History, MaterialPoints, Piece, PortForm, Profile
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.frames import QUARTER, rotate
 from phblocks.ports import Place
@@ -141,6 +141,34 @@ class BeamForm(Form):
             viscous = Triplets((rows.indices[0][damped], copies[damped]), rows.values[damped])
             rows = viscous if stress != name else Triplets.join([rows, viscous])
         return cast(Floats, (rows.csr((1, self.size)) @ history.x.T)[0])
+
+    def profile(self, history: History, quantity: Profile, places: Sequence[Place]) -> Floats:
+        """Read moment or strain energy along the beam; see :meth:`Form.profile`.
+
+        Parameters
+        ----------
+        history : History
+            Of this beam.
+        quantity : {"moment", "energy"}
+            Which; the energy leaves the viscous part of stresses out.
+        places : sequence of Place
+            Fractions of the length.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, places), N m or J/m.
+        """
+        if quantity == "moment":
+            return np.stack([self.value(history, "M3", place) for place in places], axis=1)
+        located = [self.mesh.locate(fraction(place) * self.mesh.boundaries[-1]) for place in places]
+        elements, xi = np.array([e for e, _ in located]), np.array([x for _, x in located])
+        density = np.zeros((history.x.shape[0], len(places)))
+        stresses = [("N", d) for d in self.mesh.space.translation] + [("M", d) for d in self.mesh.space.rotation]
+        for name, d in stresses:
+            rows = field_rows(self.mesh, name, d, elements, xi)
+            density += 0.5 * self.compliance[component_index(name, d)] * (rows @ self._mesh_states(history)).T ** 2
+        return density
 
     def angle(self, history: History, place: Place) -> Floats:
         """Read the orientation; see :meth:`Form.angle`.
