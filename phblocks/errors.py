@@ -158,6 +158,12 @@ class ExportError(PhblocksError, ValueError):
     code = "PH501"
 
 
+class ExtraMissingError(PhblocksError, ImportError):
+    """A package that an exporter needs is not installed."""
+
+    code = "PH502"
+
+
 class StudyError(PhblocksError, RuntimeError):
     """A study cannot be carried out (its reference fails, a worker is lost), or has no such result."""
 

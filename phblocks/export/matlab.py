@@ -19,15 +19,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from phblocks.errors import ExportError
-from phblocks.export.record import (
-    LABELS,
-    MATRICES,
-    TANGENT_LABELS,
-    TANGENT_MATRICES,
-    TEXTS,
-    VECTORS,
-    Record,
-)
+from phblocks.export.record import ALL_LABELS, ALL_MATRICES, ALL_VECTORS, TEXTS, Record
 
 HEADER_SIZE = 128
 HEADER_END = b"\x00\x01IM"  # version 5, little-endian
@@ -97,9 +89,9 @@ def read(path: Path) -> Record:
     variables = loadmat(BytesIO(content))
     return Record(
         {key: _text(variables[key]) for key in TEXTS if key in variables},
-        {key: _label_column(variables[key]) for key in (*LABELS, *TANGENT_LABELS) if key in variables},
-        {key: np.reshape(variables[key], -1) for key in VECTORS if key in variables},
-        {key: _checked(variables[key]) for key in (*MATRICES, *TANGENT_MATRICES) if key in variables},
+        {key: _label_column(variables[key]) for key in ALL_LABELS if key in variables},
+        {key: np.reshape(variables[key], -1) for key in ALL_VECTORS if key in variables},
+        {key: _checked(variables[key]) for key in ALL_MATRICES if key in variables},
     )
 
 
