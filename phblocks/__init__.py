@@ -21,7 +21,7 @@ from phblocks.blocks.system_block import SystemBlock, SystemPort
 from phblocks.blocks.torsion import TorsionDamper, TorsionSpring
 from phblocks.blocks.transformer import Gyrator, Transformer
 from phblocks.causality import CausalityReport
-from phblocks.diagram import Diagram
+from phblocks.diagram import Diagram, load
 from phblocks.errors import PhblocksError
 from phblocks.nesting import Nested
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
@@ -90,6 +90,7 @@ __all__ = [
     "Velocity",
     "Voltage",
     "errors",
+    "load",
     "plots",
     "simulate",
     "studies",

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar, overload
 
 import networkx as nx
@@ -14,6 +17,7 @@ from phblocks.blocks.block import Block
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
 from phblocks.causality import CausalityReport, assign_causality
+from phblocks.description import describe, draw, read_file, write_file
 from phblocks.errors import (
     ArgumentTypeError,
     DataError,
@@ -70,6 +74,11 @@ class Diagram:
     def ground(self) -> Anchor:
         """The anchor of the ground: at rest, and wherever it is needed."""
         return self._ground.anchor
+
+    @property
+    def blocks(self) -> Mapping[str, Block]:
+        """All blocks by name, in the order of adding; the ground included."""
+        return MappingProxyType(self.network.blocks)
 
     @property
     def graph(self) -> nx.MultiGraph[str]:
@@ -383,6 +392,31 @@ class Diagram:
         report.raise_if_impossible()
         return assemble(self.network, report, outputs)
 
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the diagram to a JSON file, which :func:`load` reads and editors may write.
+
+        Blocks of nested diagrams are written under their long names. See ``docs/diagram-json.md``.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            Such as ``"crane.json"``; a file of this name is replaced.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+
+        Raises
+        ------
+        ExportError
+            If an argument of a block is a function (a signal of time, a Hamiltonian that is not of sympy), or the file
+            cannot be written.
+        ArgumentTypeError
+            If it is not a path.
+        """
+        return write_file(describe(self.network, self._ground.name), path)
+
     def _nest(self, inner: Diagram, name: str) -> Nested:
         where = f"add diagram {name!r} to {self.name!r}"
         if not isinstance(name, str):
@@ -532,6 +566,32 @@ class Diagram:
                 )
             self._require_member(anchor.block, anchor.path)
         _require_same_place(verb, anchors)
+
+
+def load(path: str | os.PathLike[str]) -> Diagram:
+    """Read a diagram from a JSON file that :meth:`Diagram.save` or an editor wrote; nothing in it is executed.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file.
+
+    Returns
+    -------
+    Diagram
+        Its blocks are ``diagram.blocks["crank"]``.
+
+    Raises
+    ------
+    ExportError
+        If it cannot be read, is not a diagram or of a later version, or says something that is not known.
+    PhblocksError
+        As the same calls in Python: a number out of its range, a port that does not exist or is joined already.
+    """
+    file, data = read_file(path)
+    diagram = Diagram(data["name"], data.get("gravity"))
+    draw(data, diagram, f"file {file}")
+    return diagram
 
 
 def _require_same_place(verb: str, anchors: Sequence[Anchor], hint: str = "") -> None:

@@ -91,6 +91,8 @@ class CustomBlock(Typed):
         If an argument is of the wrong kind.
     """
 
+    makers = ("from_sympy",)
+
     def __init__(
         self,
         name: str,
@@ -168,6 +170,7 @@ class CustomBlock(Typed):
         ArgumentTypeError
             If it is not an expression, or a variable not a symbol.
         """
+        given = dict(options)
         where, x = f"CustomBlock {name!r}", symbolic.require_symbols(f"CustomBlock {name!r} variables", variables)
         functions = symbolic.energy_of(f"{where} hamiltonian", hamiltonian, x)
         derivatives = dict(options.pop("derivatives", None) or {})
@@ -177,7 +180,9 @@ class CustomBlock(Typed):
                 options[letter], slope = found
                 if slope is not None:
                     derivatives.setdefault(letter, slope)
-        return cls(name, len(x), *functions, derivatives=derivatives, **options)
+        block = cls(name, len(x), *functions, derivatives=derivatives, **options)
+        block._made_by("from_sympy", name, hamiltonian, tuple(x), **given)
+        return block
 
     def _take(self, given: Mapping[str, MatrixOfState | None], derivatives: Mapping[str, Given]) -> int:
         """Keep the matrices; return the number of inputs."""
