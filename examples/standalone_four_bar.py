@@ -34,7 +34,11 @@ def simulate(path, dt, t_end):
             a = file["nl_alpha0"] + alpha @ (theta + dt / 2 * (W @ z))
             phi = np.concatenate([[1.0], np.cos(a), np.sin(a)])
             slope = sp.vstack([sp.csr_array((1, n)), *(sp.diags_array(d) @ alpha @ W for d in (-np.sin(a), np.cos(a)))])
-            J = J0 + sp.csr_array((T.data * z[T.col], (Ti, Tj)), (n, n)) + sp.csr_array((K.data * phi[K.col], (Ki, Kj)), (n, n))
+            J = (
+                J0
+                + sp.csr_array((T.data * z[T.col], (Ti, Tj)), (n, n))
+                + sp.csr_array((K.data * phi[K.col], (Ki, Kj)), (n, n))
+            )
             residual = 2 / dt * (E @ (z - x)) - (J - R) @ z - Kg @ phi
             by_state = sp.csr_array((T.data * z[Tj], (Ti, T.col)), (n, n))
             by_angle = (sp.csr_array((K.data * z[Kj], (Ki, K.col)), Kg.shape) + Kg) @ slope * (dt / 2)

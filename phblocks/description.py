@@ -1,4 +1,4 @@
-"""Diagrams as JSON: what a file says, and how a diagram is made of it. ``docs/diagram-json.md`` describes the format."""
+"""Diagrams as JSON: what a file says, and how a diagram is made of it; see ``docs/diagram-json.md``."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def describe(network: Network, ground: str) -> dict[str, Any]:
     for name, block in network.blocks.items():
         if name == ground:
             continue
-        entry = {"kind": block.kind, "name": name} | ({"maker": block.maker} if block.maker else {})
+        entry: dict[str, Any] = {"kind": block.kind, "name": name} | ({"maker": block.maker} if block.maker else {})
         given = {key: value for key, value in block.arguments.items() if key != "name"}
         entry["arguments"] = {
             key: plain(value, f"{block.kind} {name!r} argument {key!r}") for key, value in given.items()
@@ -195,9 +195,10 @@ def read_file(path: str | os.PathLike[str]) -> tuple[Path, dict[str, Any]]:
         got = "one without" if found is None else repr(found)[:60]
         fix = "Give a file written by Diagram.save."
         raise ExportError(where, expected=f"a file that says format = {FORMAT!r}", got=got, fix=fix)
-    if isinstance(data["version"] if "version" in data else None, bool) or data.get("version") != VERSION:
+    version = data.get("version")
+    if isinstance(version, bool) or version != VERSION:
         fix = "Read it with a later version of the library."
-        raise ExportError(where, expected=f"version {VERSION}", got=repr(data.get("version"))[:60], fix=fix)
+        raise ExportError(where, expected=f"version {VERSION}", got=repr(version)[:60], fix=fix)
     _require_keys(where, data, "file")
     for key in ("blocks", "junctions", "exposed"):
         if not isinstance(data[key], list):

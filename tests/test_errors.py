@@ -27,6 +27,7 @@ KINDS = {
     "StructureError": (ValueError, "PH401"),
     "MethodError": (ValueError, "PH402"),
     "ExportError": (ValueError, "PH501"),
+    "ExtraMissingError": (ImportError, "PH502"),
     "StudyError": (RuntimeError, "PH601"),
     "UnreachedError": (ValueError, "PH602"),
 }

@@ -56,7 +56,7 @@ def plain(value: Any, where: str) -> Any:
         return number if math.isfinite(number) else {"$number": str(number)}
     if isinstance(value, np.ndarray):
         return plain(value.tolist(), where)
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, (list, tuple, range)):
         return [plain(part, where) for part in value]
     if isinstance(value, Mapping):
         if not all(isinstance(key, str) and not key.startswith("$") for key in value):
@@ -71,7 +71,7 @@ def plain(value: Any, where: str) -> Any:
 
 
 def _symbolic(value: Any, where: str) -> Any:
-    if type(value).__module__.partition(".")[0] != "sympy":
+    if str(type(value).__module__).partition(".")[0] != "sympy":
         raise _refused(where, "numbers, texts or sympy expressions", "a function" if callable(value) else repr(value))
     import sympy
 

@@ -38,7 +38,7 @@ LABELS = ("theta_names", "point_names")
 class NonlinearModel:
     """The equations of motion in constant matrices; see the module for the equations.
 
-    Matrices may be given in any form; they are kept as ``scipy.sparse.coo_array``. In files the names have "nl_" in front.
+    Matrices may be given in any form; they are kept as ``scipy.sparse.coo_array``. In files the names begin with "nl_".
 
     Parameters
     ----------
@@ -122,7 +122,12 @@ class NonlinearModel:
         for key in LENGTHS:
             object.__setattr__(self, key, np.array(getattr(self, key), dtype=np.float64).reshape(-1))
         sizes = {"n": self.E.shape[0], "m": self.G.shape[1], "t": len(self.theta_names), "f": self.Kg.shape[1]}
-        sizes |= {"a": self.alpha0.size, "d": self.beta0.size, "q": len(self.point_names), "p": 2 * len(self.point_names)}
+        sizes |= {
+            "a": self.alpha0.size,
+            "d": self.beta0.size,
+            "q": len(self.point_names),
+            "p": 2 * len(self.point_names),
+        }
         wanted = {key: _shape(code, sizes) for key, code in (SHAPES | LENGTHS).items()}
         features = 1 + 2 * sizes["a"] + 2 * sizes["d"]
         wrong = [key for key, shape in wanted.items() if getattr(self, key).shape != shape]
@@ -130,7 +135,10 @@ class NonlinearModel:
             key = wrong[0] if wrong else "Kg"
             expected = wanted[key] if wrong else (sizes["n"], features)
             raise DataError(
-                f"nonlinear model: {key}", expected=f"shape {expected}", got=str(getattr(self, key).shape), fix="Correct."
+                f"nonlinear model: {key}",
+                expected=f"shape {expected}",
+                got=str(getattr(self, key).shape),
+                fix="Correct.",
             )
         for key in SHAPES | LENGTHS:
             value = getattr(self, key)

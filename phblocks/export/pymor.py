@@ -15,8 +15,8 @@ def to_pymor(m: Matrices) -> Any:
     Parameters
     ----------
     m : Matrices
-        Such as ``system.matrices(state)``. The tangent and the constant load f0 are left out: the model is that of small
-        departures with J, R and G as they are at the state.
+        Such as ``system.matrices(state)``. The tangent and the constant load f0 are left out: the model is that of
+        small departures with J, R and G as they are at the state.
 
     Returns
     -------

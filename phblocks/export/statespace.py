@@ -1,7 +1,7 @@
 """Plain state-space models, ``x' = A x + B u``, ``y = C x + D u``, of the tangent or of the port-Hamiltonian matrices.
 
-python-control and SciPy know no E: it is inverted by a factorisation, and refused where it is singular. States that have
-no rate but follow from the others (index 1) can be eliminated first; of a tangent, with the states marked 2 having none,
+python-control and SciPy know no E: it is inverted by a factorisation, and refused where it is singular. States that
+have no rate but follow from the others (index 1) can be eliminated first; of a tangent, those states marked 2,
 
     0 = A_21 d_1 + A_22 d_2 + B_2 u,    A <- A_11 - A_12 A_22^-1 A_21,    B, C and D likewise: exact.
 """
@@ -101,7 +101,9 @@ def state_space(m: Matrices, eliminate: bool = False) -> StateSpace:
         among = _factor(A[free][:, free])
         if among is None:
             fix = "They are multipliers of constraints (joints with inertia on both sides): use to_pymor()."
-            raise _refused(where, t, free, "states without a rate that follow from the others", "constraints among", fix)
+            raise _refused(
+                where, t, free, "states without a rate that follow from the others", "constraints among", fix
+            )
         by_states, by_inputs = (among.solve(M.toarray()) for M in (A[free][:, kept], B[free]))
         A, B, C, D = (
             A[kept][:, kept] - A[kept][:, free] @ by_states,

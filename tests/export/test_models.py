@@ -65,8 +65,9 @@ def of_scipy(model):
     """Responses of a scipy model, each input on its own."""
     columns = []
     for k in range(model.B.shape[1]):
-        rows = [freqresp((model.A, model.B[:, [k]], c[None], model.D[[i]][:, [k]]), OMEGA)[1]
-                for i, c in enumerate(model.C)]
+        rows = [
+            freqresp((model.A, model.B[:, [k]], c[None], model.D[[i]][:, [k]]), OMEGA)[1] for i, c in enumerate(model.C)
+        ]
         columns.append(rows)
     return np.array(columns).transpose(2, 1, 0)
 
@@ -156,7 +157,13 @@ def test_singular_e_is_refused(damped):
 
 
 def test_names_are_legal_and_different():
-    assert legal_names(["a.b[0]", "a.b 0", "a-b.0", "Träger", "..."]) == ["a_b_0", "a_b_0_2", "a_b_0_3", "Träger", "unnamed"]
+    assert legal_names(["a.b[0]", "a.b 0", "a-b.0", "Träger", "..."]) == [
+        "a_b_0",
+        "a_b_0_2",
+        "a_b_0_3",
+        "Träger",
+        "unnamed",
+    ]
 
 
 def test_control_takes_all_names(full):
@@ -170,8 +177,18 @@ def full_of_numbers(m):
     from dataclasses import replace
 
     n, p = m.G.shape
-    return replace(m, E=np.eye(n), J=np.zeros((n, n)), R=np.eye(n), Q=np.eye(n), G=np.ones((n, p)), tangent=None,
-                   P=np.zeros((n, p)), S=np.zeros((p, p)), N=np.zeros((p, p)))
+    return replace(
+        m,
+        E=np.eye(n),
+        J=np.zeros((n, n)),
+        R=np.eye(n),
+        Q=np.eye(n),
+        G=np.ones((n, p)),
+        tangent=None,
+        P=np.zeros((n, p)),
+        S=np.zeros((p, p)),
+        N=np.zeros((p, p)),
+    )
 
 
 # The nonlinear model
@@ -195,7 +212,7 @@ def test_nonlinear_system_of_python_control(scenes, name):
 
 
 def test_a_duffing_oscillator_in_python_control():
-    """x'' = -x - x^3 with a Hamiltonian of the user's, as python-control integrates it: H = 1/2 p^2 + 1/2 q^2 + 1/4 q^4."""
+    """x'' = -x - x^3 with a Hamiltonian of the user's, as python-control integrates it: H = p^2/2 + q^2/2 + q^4/4."""
     control = pytest.importorskip("control")
     import sympy
 

@@ -412,7 +412,10 @@ def _fractions(name: str, elements: int | ArrayLike) -> Floats:
     if isinstance(elements, (int, np.integer)) and not isinstance(elements, bool):
         if not 1 <= elements <= MOST_ELEMENTS:
             raise DataError(
-                where, expected=f"at least 1 and at most {MOST_ELEMENTS}", got=repr(elements), fix="Start with 4 elements of degree 2."
+                where,
+                expected=f"at least 1 and at most {MOST_ELEMENTS}",
+                got=repr(elements),
+                fix="Start with 4 elements of degree 2.",
             )
         return np.linspace(0.0, 1.0, int(elements) + 1)
     fractions = real_array(elements)
