@@ -15,6 +15,7 @@ from phblocks.blocks.circuit import Capacitor, Inductor, Reference, Resistor
 from phblocks.blocks.custom import CustomBlock
 from phblocks.blocks.joints import RigidJoint, Slider
 from phblocks.blocks.motor import DCMotor
+from phblocks.blocks.parameter import Parameter
 from phblocks.blocks.sources import AngularVelocity, Current, Force, Moment, Velocity, Voltage
 from phblocks.blocks.spring import Damper, Spring
 from phblocks.blocks.system_block import SystemBlock, SystemPort
@@ -68,6 +69,7 @@ __all__ = [
     "Moment",
     "Nested",
     "Newton",
+    "Parameter",
     "PhblocksError",
     "Port",
     "Quantity",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TypeVar, overload
@@ -12,7 +14,7 @@ import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.assembly import Outputs, assemble
+from phblocks.assembly import Outputs, assemble, remake
 from phblocks.blocks.block import Block
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
@@ -390,7 +392,14 @@ class Diagram:
             )
         report = self.check()
         report.raise_if_impossible()
-        return assemble(self.network, report, outputs)
+        now = replace(  # what is drawn later is no part of it
+            self.network,
+            blocks=dict(self.network.blocks),
+            joined=list(self.network.joined),
+            exposed=list(self.network.exposed),
+            junction_of=dict(self.network.junction_of),
+        )
+        return replace(assemble(self.network, report, outputs), remake=partial(remake, now, outputs))
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the diagram to a JSON file, which :func:`load` reads and editors may write.

@@ -309,6 +309,23 @@ class Block(ABC):
         maker = type(self).__init__ if self.maker is None else getattr(type(self), self.maker).__func__
         return {**_by_name(maker, args, keywords), "name": self.name}
 
+    def made_from(self, arguments: Mapping[str, Any]) -> Block:
+        """Make another block of this kind.
+
+        Parameters
+        ----------
+        arguments : mapping of str to object
+            As of :attr:`arguments`.
+
+        Returns
+        -------
+        Block
+            Made in the same way.
+        """
+        make = type(self) if self.maker is None else getattr(type(self), self.maker)
+        block: Block = make(**arguments)
+        return block
+
     def _made_by(self, maker: str, *args: Any, **keywords: Any) -> None:
         """Note that a class method made the block, from other arguments than the constructor's."""
         self.maker, self._given = maker, (_copied(args), _copied(keywords))

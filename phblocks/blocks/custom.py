@@ -92,6 +92,7 @@ class CustomBlock(Typed):
     """
 
     makers = ("from_sympy",)
+    _expression: tuple[Any, Any] | None = None
 
     def __init__(
         self,
@@ -181,6 +182,7 @@ class CustomBlock(Typed):
                 if slope is not None:
                     derivatives.setdefault(letter, slope)
         block = cls(name, len(x), *functions, derivatives=derivatives, **options)
+        block._expression = (tuple(x), hamiltonian)
         block._made_by("from_sympy", name, hamiltonian, tuple(x), **given)
         return block
 
@@ -354,7 +356,7 @@ class CustomBlock(Typed):
         outputs = {name: (self._gives(name), output[list(port.columns)]) for name, port in self.typing.items()}
         start = np.concatenate([self.start, self.gradient(self.start), np.zeros(acted.size - n)])
         form = lumped_form(self._ports, runs, E, J, R, outputs, start)
-        storage = Storage(energy, coenergy, self.hamiltonian, self.gradient, self.hessian, self._size)
+        storage = Storage(energy, coenergy, self.hamiltonian, self.gradient, self.hessian, self._size, self._expression)
         return replace(form, storage=storage, modulation=modulation if self._varying else None)
 
 

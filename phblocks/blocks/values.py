@@ -17,6 +17,7 @@ from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.load import LineLoad
 from phblocks.blocks.beam.section import Section
 from phblocks.blocks.expressions import expression_of, text_of
+from phblocks.blocks.parameter import Parameter
 from phblocks.blocks.system_block import SystemPort
 from phblocks.errors import ExportError
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Domain, Quantity
@@ -51,6 +52,8 @@ def plain(value: Any, where: str) -> Any:
         return value
     if isinstance(value, (np.bool_, np.integer, int)):
         return value.item() if isinstance(value, np.generic) else int(value)
+    if isinstance(value, Parameter):
+        return {"$parameter": value.symbol, "value": float(value)}
     if isinstance(value, (float, np.floating)):
         number = float(value)
         return number if math.isfinite(number) else {"$number": str(number)}
@@ -134,6 +137,8 @@ def value_of(data: Any, where: str, symbols: Mapping[str, Any]) -> Any:
 def _tagged(data: Mapping[str, Any], where: str, symbols: Mapping[str, Any]) -> Any:
     """Data of one key that begins with ``$``."""
     (tag, content), *more = data.items()
+    if tag == "$parameter" and list(data) == ["$parameter", "value"]:
+        return Parameter(content, data["value"])
     if not more:
         if tag == "$number" and content in ("inf", "-inf"):
             return float(content)
@@ -147,7 +152,7 @@ def _tagged(data: Mapping[str, Any], where: str, symbols: Mapping[str, Any]) -> 
             import sympy
 
             return sympy.Matrix([[expression_of(entry, symbols, where) for entry in row] for row in content])
-    raise _refused(where, "$type, $number, $domain, $symbol, $expression or $matrix", repr(dict(data))[:80])
+    raise _refused(where, "$type, $number, $parameter, $domain, $symbol, $expression or $matrix", repr(dict(data))[:80])
 
 
 def _refused(where: str, expected: str, got: str) -> ExportError:

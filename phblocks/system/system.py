@@ -17,7 +17,7 @@ points.  Everything is linear in them:
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -45,6 +45,7 @@ from phblocks.system.nonlinear import nonlinear_model, to_control
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
 from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
+from phblocks.system.symbolic import SymbolicSystem, symbolic
 from phblocks.triplets import Floats, Ints, Triplets
 
 
@@ -107,6 +108,8 @@ class System:
         The states that blocks share.
     report : object
         The causality report the system was assembled from.
+    remake : callable or None
+        Assembles the same diagram with other values of its parameters, by name.
     """
 
     name: str
@@ -138,6 +141,7 @@ class System:
     start: State
     sharing: Sharing
     report: object = field(repr=False)
+    remake: Callable[[Mapping[str, float]], System] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         """Count what the system has."""
@@ -716,6 +720,27 @@ class System:
             If the state does not fit.
         """
         return to_pymor(self.matrices(state, energy_variables=energy_variables))
+
+    def symbolic(self) -> SymbolicSystem:
+        """Write a small system in sympy: matrices, Hamiltonian, equations, LaTeX.
+
+        Arguments of blocks that were given as ``ph.Parameter("m", 2.0)`` are symbols in all of them, if the matrices
+        depend on them by powers; other numbers are numbers.
+
+        Returns
+        -------
+        SymbolicSystem
+            The same in symbols.
+
+        Raises
+        ------
+        DataError
+            If there are more than 60 states, or parameters of one name with several values.
+        StructureError
+            If matrices are functions of the user's, an energy is not an expression, or a parameter enters in another
+            way than by powers.
+        """
+        return symbolic(self)
 
     def export(
         self, path: str | os.PathLike[str], state: State | None = None, u: Floats | None = None
