@@ -4,7 +4,7 @@ The names below are in the order of their use: make sections and blocks, join th
 compile it to a system, simulate it, read the solution.
 """
 
-from phblocks import errors, plots, studies
+from phblocks import errors, fmu, plots, studies
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.load import LineLoad
@@ -92,6 +92,7 @@ __all__ = [
     "Velocity",
     "Voltage",
     "errors",
+    "fmu",
     "load",
     "plots",
     "simulate",
