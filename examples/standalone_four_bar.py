@@ -1,12 +1,13 @@
 """A nonlinear model from a file, integrated with NumPy and SciPy alone: how to use exported models without phblocks.
 
-    python examples/standalone_four_bar.py four_bar.npz [--dt 0.02] [--t-end 10]
+    python examples/standalone_four_bar.py [four_bar.npz] [--out results] [--dt 0.02] [--t-end 2]
 
 The file comes from ``system.export("four_bar.npz")`` of a system without inputs and lines of action, such as that of
 examples/four_bar.py. The implicit midpoint rule; what each field is stands in docs/export.md.
 """
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -61,13 +62,16 @@ def simulate(path, dt, t_end):
 def main(argv=None):
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("path", help="a .npz file with a nonlinear model")
+    parser.add_argument("path", nargs="?", default="four_bar.npz", help="a .npz file with a nonlinear model")
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the states over time")
     parser.add_argument("--dt", type=float, default=0.02, help="step, s")
-    parser.add_argument("--t-end", type=float, default=10.0, help="duration, s")
+    parser.add_argument("--t-end", type=float, default=2.0, help="duration, s")
     options = parser.parse_args(argv)
     t, x, theta, points, stored, work = simulate(options.path, options.dt, options.t_end)
     print(f"{x.shape[1]} states, {len(t) - 1} steps; mean of all points at the end {points[-1].mean(axis=0)} m")
     print(f"stored energy less the work of gravity changed by at most {np.abs(stored - work - stored[0]).max():.1e} J")
+    options.out.mkdir(parents=True, exist_ok=True)
+    np.savez(options.out / "motion.npz", t=t, x=x, theta=theta, points=points)
     return t, x, theta, points, stored, work
 
 
