@@ -18,6 +18,14 @@ settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.load_profile("fixed")
 
 
+@pytest.fixture
+def without_numba():
+    """Run as if numba were not installed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("phblocks.solvers.compiled.find_spec", lambda _: None)
+        yield
+
+
 @pytest.fixture(scope="session")
 def references() -> dict[str, Any]:
     """Numbers this project did not compute; see tests/README.md."""

@@ -213,7 +213,7 @@ def test_an_error_of_the_users_function_comes_through(system):
 
 
 @pytest.fixture
-def longest(monkeypatch) -> dict[str, float]:
+def longest(monkeypatch, without_numba) -> dict[str, float]:
     """Make steps longer than ``limit["dt"]`` fail; ``limit`` also collects what was tried and taken."""
     limit = {"dt": math.inf, "tried": [], "taken": []}
     true_step = MidpointStepper.step

@@ -25,8 +25,8 @@ from phblocks.export.record import ALL_LABELS, ALL_MATRICES, ALL_VECTORS, TEXTS,
 HEADER_SIZE = 128
 HEADER_END = b"\x00\x01IM"  # version 5, little-endian
 MATRIX, COMPRESSED = 14, 15  # kinds of elements
-#: Bytes of a matrix from which on the file is of version 7.3: MATLAB's own limit for version 5.
-LARGEST = 2**31
+#: Bytes, or rows, of a matrix above which the file is of version 7.3: MATLAB's own limit for version 5.
+LARGEST = 2**31 - 1
 
 
 def write(record: Record, path: Path) -> tuple[Path, ...]:
@@ -53,7 +53,7 @@ def write(record: Record, path: Path) -> tuple[Path, ...]:
     ExtraMissingError
         If a matrix is too large for version 5 and h5py is not installed.
     """
-    if any(16 * m.nnz + 8 * m.shape[1] > LARGEST for m in record.matrices.values()):
+    if any(max(16 * m.nnz + 8 * m.shape[1], m.shape[0]) > LARGEST for m in record.matrices.values()):
         return hdf5.write(record, path)
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError

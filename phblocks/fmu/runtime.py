@@ -82,14 +82,19 @@ class Runtime:
         Returns
         -------
         bool
-            Whether it was taken; steps of the time method that fail are halved, and given up after 12 halvings.
+            Whether it was taken, else all is as before; steps of the time method that fail are halved, and given up
+            after 12 halvings.
         """
         if not (self.longest_step > 0.0 and 0.0 <= duration < MOST_STEPS * self.longest_step):
             return False
         if not np.isfinite(self.u).all():
             return False
         count = math.ceil(duration / self.longest_step - 1e-9)
-        return all(self._step(duration / count, HALVINGS) for _ in range(count))
+        before = (self._x, self._theta, self.time, dict(self.energy))
+        taken = all(self._step(duration / count, HALVINGS) for _ in range(count))
+        if not taken:
+            self._x, self._theta, self.time, self.energy = before
+        return taken
 
     def _step(self, dt: float, halvings: int) -> bool:
         stage, system = self._stepper.stage, self.system
