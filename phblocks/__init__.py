@@ -5,6 +5,7 @@ compile it to a system, simulate it, read the solution.
 """
 
 from phblocks import errors, fmu, plots, studies
+from phblocks.approximation import Approximation
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.load import LineLoad
@@ -45,6 +46,7 @@ __all__ = [
     "Adaptive",
     "Anchor",
     "AngularVelocity",
+    "Approximation",
     "Beam",
     "Bushing",
     "Capacitor",

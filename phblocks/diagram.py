@@ -14,12 +14,15 @@ import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.assembly import Outputs, assemble, remake
+from phblocks.approximation import Approximation, require_approximation
+from phblocks.assembly import Outputs, assemble, revalued
 from phblocks.blocks.block import Block
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
 from phblocks.causality import CausalityReport, assign_causality
 from phblocks.description import describe, draw, read_file, write_file
+from phblocks.effects.approximations import approximated
+from phblocks.effects.justification import justified
 from phblocks.errors import (
     ArgumentTypeError,
     DataError,
@@ -66,6 +69,11 @@ class Diagram:
         self.network = Network(name, acceleration, PLANAR, blocks={ground.name: ground})
         self._ground = ground
         self._inner: tuple[Diagram, ...] = ()
+
+    def __repr__(self) -> str:
+        """Count blocks and junctions."""
+        network = self.network
+        return f"<Diagram {self.name!r}: {len(network.blocks)} blocks, {len(network.junctions())} junctions>"
 
     @property
     def name(self) -> str:
@@ -357,9 +365,9 @@ class Diagram:
         CausalityReport
             Also for a diagram that is not causal; it prints as a table.
         """
-        return assign_causality(self.network)
+        return assign_causality(approximated(self.network))
 
-    def compile(self, outputs: Outputs = "all") -> System:
+    def compile(self, outputs: Outputs = "all", approximation: Approximation | None = None) -> System:
         """Assemble the diagram.
 
         Parameters
@@ -367,6 +375,8 @@ class Diagram:
         outputs : {"all", None}, optional
             "all" keeps orientations and positions of all blocks for reading; ``None`` keeps only what the
             physics needs (orientations where frames turn against each other, positions where gravity acts).
+        approximation : Approximation, optional
+            What is left out in blocks that do not say so themselves; nothing by default.
 
         Returns
         -------
@@ -385,12 +395,15 @@ class Diagram:
             If a constraint follows from others, or holds nothing.
         GapError
             If what is joined to a slider is not in the place that it was given.
+        ApproximationError
+            If large rotations are left out in a block that is driven too fast for that.
         """
         if all(block.shared for block in self.network.blocks.values()):
             raise DataError(
                 f"diagram {self.name!r}", expected="blocks", got="none but the ground", fix="Call add() first."
             )
-        report = self.check()
+        network = approximated(self.network, require_approximation("compile approximation", approximation))
+        report = assign_causality(network)
         report.raise_if_impossible()
         now = replace(  # what is drawn later is no part of it
             self.network,
@@ -399,7 +412,8 @@ class Diagram:
             exposed=list(self.network.exposed),
             junction_of=dict(self.network.junction_of),
         )
-        return replace(assemble(self.network, report, outputs), remake=partial(remake, now, outputs))
+        again = partial(_compiled_with, now, outputs, approximation)
+        return replace(justified(assemble(network, report, outputs)), remake=again)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the diagram to a JSON file, which :func:`load` reads and editors may write.
@@ -575,6 +589,16 @@ class Diagram:
                 )
             self._require_member(anchor.block, anchor.path)
         _require_same_place(verb, anchors)
+
+
+def _compiled_with(
+    network: Network, outputs: Outputs, approximation: Approximation | None, values: Mapping[str, float]
+) -> System:
+    """Compile a network with other values of its parameters."""
+    other = approximated(revalued(network, values), require_approximation("compile approximation", approximation))
+    report = assign_causality(other)
+    report.raise_if_impossible()
+    return justified(assemble(other, report, outputs))
 
 
 def load(path: str | os.PathLike[str]) -> Diagram:

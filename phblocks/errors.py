@@ -152,6 +152,12 @@ class MethodError(PhblocksError, ValueError):
     code = "PH402"
 
 
+class ApproximationError(PhblocksError, ValueError):
+    """An effect is to be left out where that is known to be wrong."""
+
+    code = "PH403"
+
+
 class ExportError(PhblocksError, ValueError):
     """A file cannot be written or read."""
 
@@ -174,3 +180,11 @@ class UnreachedError(PhblocksError, ValueError):
     """No setting of a study reaches what is asked for."""
 
     code = "PH602"
+
+
+class PhblocksWarning(UserWarning):
+    """Root of all warnings of phblocks: the result stands, but something about it has to be known."""
+
+
+class ApproximationWarning(PhblocksWarning):
+    """A run left the range in which an effect may be left out."""

@@ -160,7 +160,7 @@ def workshop() -> ph.Diagram:
     tray = d.add(ph.Beam("tray", SECTION, (8, 0), (9, 0), elements=2))
     shake = d.add(ph.Velocity("shake", np.array([0.1, 0.0])))
     turn = d.add(ph.AngularVelocity("turn", 0.5))
-    shelf = d.add(ph.Beam("shelf", SECTION, (8, 1), (9, 1), elements=2))
+    shelf = d.add(ph.Beam("shelf", SECTION, (8, 1), (9, 1), 2, approximation=ph.Approximation(extension=False)))
     d.connect(shake.port, tray.start.translation, shelf.start.translation, apart=True)
     d.connect(turn.port, tray.start.rotation)
     d.free(tray.end.rotation)
@@ -321,7 +321,11 @@ def entry(data, name):
         (lambda d: entry(d, "mass").update(maker="from_sympy"), ExportError, "maker: expected none"),
         (lambda d: entry(d, "pendulum").update(maker="__init__"), ExportError, "from_sympy, got __init__"),
         (lambda d: entry(d, "mass").update(arguments=[1]), ExportError, "arguments: expected an object"),
-        (lambda d: entry(d, "mass")["arguments"].update(weight=1), ExportError, "mass, position, got weight"),
+        (
+            lambda d: entry(d, "mass")["arguments"].update(weight=1),
+            ExportError,
+            "mass, position, approximation, got weight",
+        ),
         (
             lambda d: entry(d, "mass")["arguments"].update(mass=-1),
             DataError,

@@ -26,6 +26,7 @@ KINDS = {
     "UndeterminedError": (ValueError, "PH307"),
     "StructureError": (ValueError, "PH401"),
     "MethodError": (ValueError, "PH402"),
+    "ApproximationError": (ValueError, "PH403"),
     "ExportError": (ValueError, "PH501"),
     "ExtraMissingError": (ImportError, "PH502"),
     "StudyError": (RuntimeError, "PH601"),

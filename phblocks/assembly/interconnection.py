@@ -96,7 +96,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     for exposure in network.exposures():
         _load(layout, exposure, joints)
     gravity = np.zeros(network.space.dimension) if network.gravity is None else network.gravity
-    heavy = bool(gravity.any())
+    heavy = bool(gravity.any()) and any(f.points is not None and f.points.weighs for f in layout.forms.values())
     points = _Points.of(layout) if heavy or outputs == "all" else _Points.of(layout, ())
     n_joints = len(joints.turns)
     n_angles = n_joints + (points.mass.size if heavy else 0)
@@ -108,6 +108,9 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     rows = Triplets.join(angle_rows)
     seen = np.concatenate([rows.indices[1], _turn_rows([turn for _, turn in joints.directions]).indices[1]])
     keep = np.ones(layout.n_theta, dtype=bool) if outputs == "all" else np.isin(np.arange(layout.n_theta), seen)
+    for name, form in layout.forms.items():  # how far a frozen block has turned is looked at after a run
+        if form.frozen:
+            keep[layout.first_theta[name] + np.arange(form.rotation_states.size)] = True
     same = np.concatenate([layout.theta_same, np.arange(layout.theta_same.size, layout.n_theta)])
     keep &= same == np.arange(layout.n_theta)
     place = np.where(keep, np.cumsum(keep) - 1, -1)[same]
@@ -193,7 +196,7 @@ def _start(layout: Layout) -> Floats:
 class _Points:
     """The material points of all blocks, stacked."""
 
-    mass: Floats
+    mass: Floats  # zero where gravity is left out
     velocity: Triplets
     angle: AngleRows
     start: Floats
@@ -210,7 +213,7 @@ class _Points:
             if points is None:
                 continue
             of_block[name] = slice(count, count + points.mass.size)
-            mass.append(points.mass)
+            mass.append(points.mass * points.weighs)
             velocity.append(points.velocity.shifted(count * d, layout.first_state[name]))
             row, place = points.angle.rows.indices
             place = layout.theta_same[layout.first_theta[name] + place]
@@ -226,6 +229,7 @@ class _Points:
         row, state = self.velocity.indices
         point, component = row // gravity.size, row % gravity.size
         value = self.velocity.values * self.mass[point]
+        row, state, point, component, value = (a[value != 0.0] for a in (row, state, point, component, value))
         turning = np.isin(point, self.angle.rows.indices[0])
         if not turning.all():
             still = ~turning

@@ -260,7 +260,7 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
     gives: dict[str, dict[str, bool]] = {name: {} for name in network.blocks}
     for a in report.assignments:
         gives[a.port.block.name][a.port.name] = a.gives
-    forms = {name: block.form(gives[name]) for name, block in network.blocks.items()}
+    forms = {name: block.reduced_form(gives[name]) for name, block in network.blocks.items()}
     first_state = _firsts(forms, [form.size for form in forms.values()])
     first_theta = _firsts(forms, [form.rotation_states.size for form in forms.values()])
     theta_states = np.concatenate([first_state[name] + f.rotation_states for name, f in forms.items()])

@@ -1,35 +1,30 @@
-"""The same system with other values of its parameters."""
+"""The same network with other values of its parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
 
-from phblocks.assembly.interconnection import Outputs, assemble
 from phblocks.blocks.block import Block
 from phblocks.blocks.parameter import parameters_in, with_values
-from phblocks.causality import assign_causality
 from phblocks.network import Junction, Network
 from phblocks.ports import Port
-from phblocks.system import System
 
 
-def remake(network: Network, outputs: Outputs, values: Mapping[str, float]) -> System:
-    """Assemble a network with other values of its parameters.
+def revalued(network: Network, values: Mapping[str, float]) -> Network:
+    """Give the parameters of blocks other values.
 
     Parameters
     ----------
     network : Network
         It is not changed.
-    outputs : {"all", None}
-        As of :meth:`Diagram.compile`.
     values : mapping of str to float
         By the name of the parameter.
 
     Returns
     -------
-    System
-        The other system.
+    Network
+        With new blocks in the place of those that have one of them.
     """
     twins = {block: _twin(block, values) for block in network.blocks.values()}
 
@@ -46,9 +41,7 @@ def remake(network: Network, outputs: Outputs, values: Mapping[str, float]) -> S
     )
     for junction in network.joined:
         other.join(Junction(tuple(moved(port) for port in junction.ports), junction.made_by))
-    report = assign_causality(other)
-    report.raise_if_impossible()
-    return assemble(other, report, outputs)
+    return other
 
 
 def _twin(block: Block, values: Mapping[str, float]) -> Block:

@@ -16,7 +16,9 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from phblocks.approximation import EXACT, Approximation
 from phblocks.blocks.form import Form
+from phblocks.blocks.reduction import reduced
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor, Exposure, Place, Port, Ports
 from phblocks.space import Space
@@ -153,6 +155,8 @@ class Block(ABC):
 
     #: Whether its ports may be joined more than once.
     shared = False
+    #: What is left out in this block; ``None`` leaves the choice to the diagram.
+    approximation: Approximation | None = None
     #: All kinds of blocks by name, with the module for those that are not of this package.
     kinds: ClassVar[dict[str, type[Block]]] = {}
     #: Names of class methods that make a block of this kind from arguments of their own.
@@ -184,6 +188,8 @@ class Block(ABC):
                 fix="Choose another.",
             )
         self.name = name
+        #: The block of the user's diagram that this one stands for.
+        self.original: Block = self
 
     @property
     @abstractmethod
@@ -221,6 +227,52 @@ class Block(ABC):
         Form
             The block in its own coordinates.
         """
+
+    @property
+    def held(self) -> bool:
+        """Whether its ports only give because of an approximation: multipliers hold them where others give too."""
+        return False
+
+    @property
+    def kept(self) -> Approximation:
+        """What is kept and left out here: everything is kept unless something was said."""
+        return self.approximation or EXACT
+
+    def reduced_form(self, gives: Mapping[str, bool]) -> Form:
+        """Reduce the block to its matrices, without the effects that are left out.
+
+        Parameters
+        ----------
+        gives : mapping of str to bool
+            For each port whether it gives the common quantity (velocity).
+
+        Returns
+        -------
+        Form
+            That of :meth:`form` if everything is kept.
+        """
+        angles = {p.anchor.name: p.anchor.angle for p in self.ports.values() if p.anchor is not None}
+        return reduced(self.form(gives), self.kept, angles)
+
+    def left_out(self, form: Form) -> Mapping[str, int]:
+        """List the effects that the block would have and that are left out on request.
+
+        Parameters
+        ----------
+        form : Form
+            What :meth:`reduced_form` made of the block.
+
+        Returns
+        -------
+        mapping of str to int
+            Name of the effect -> number of states that belong to it.
+        """
+        found = {}
+        if form.frozen:
+            found["large_rotation"] = 0
+        if not self.kept.gravity and form.points is not None:
+            found["gravity"] = 0
+        return found
 
     def alternatives(self) -> Sequence[Alternative]:
         """List other versions of the block whose ports have more choice, for repairs.

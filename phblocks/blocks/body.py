@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phblocks.approximation import Approximation, require_approximation
 from phblocks.blocks.block import Block, BlockPoint, PortChoice, Replacement, Rigid, Tie
 from phblocks.blocks.body_form import BodyForm
 from phblocks.blocks.checks import require_point, require_positive, require_real
@@ -44,6 +45,8 @@ class RigidBody(Block):
         the body, from its centre of mass.
     angle : float, optional
         Initial orientation of the frame of the body, rad.
+    approximation : Approximation, optional
+        What is left out in this body (large rotations, gravity), whatever is left out in the rest of the diagram.
 
     Raises
     ------
@@ -66,9 +69,11 @@ class RigidBody(Block):
         anchors: Mapping[str, ArrayLike] | None = None,
         coordinates: Literal["world", "body"] = "world",
         angle: float = 0.0,
+        approximation: Approximation | None = None,
     ) -> None:
         super().__init__(name)
         where = f"RigidBody {name!r}"
+        self.approximation = require_approximation(f"{where} approximation", approximation)
         self.mass = require_positive(f"{where} mass", mass)
         self.inertia = require_positive(f"{where} inertia", inertia)
         self.start = require_point(f"{where} centre", centre)
@@ -221,6 +226,8 @@ class Mass(Block):
         kg.
     position : array_like
         Initial position, shape (2,), m.
+    approximation : Approximation, optional
+        What is left out in this mass (gravity), whatever is left out in the rest of the diagram.
 
     Raises
     ------
@@ -230,8 +237,9 @@ class Mass(Block):
         If an argument is of the wrong kind.
     """
 
-    def __init__(self, name: str, mass: float, position: ArrayLike) -> None:
+    def __init__(self, name: str, mass: float, position: ArrayLike, approximation: Approximation | None = None) -> None:
         super().__init__(name)
+        self.approximation = require_approximation(f"Mass {name!r} approximation", approximation)
         self.mass = require_positive(f"Mass {name!r} mass", mass)
         self.start = require_point(f"Mass {name!r} position", position)
         self.centre = Anchor(self, "centre", self.start, place=(0.0, 0.0), turns=False)

@@ -141,12 +141,15 @@ class MaterialPoints:
         Orientation of the material frame at each point.
     start : numpy.ndarray
         Shape (m, dimension): initial positions, m.
+    weighs : bool
+        Gravity acts on them.
     """
 
     mass: Floats
     velocity: Triplets
     angle: AngleRows
     start: Floats
+    weighs: bool = True
 
 
 @dataclass(frozen=True)
@@ -210,6 +213,9 @@ class Form:
         its energy variables, and E not on its co-energy variables.
     modulation : Modulation or None
         Parts of J and R that depend on the energy variables of the storage, beside J0, T and R.
+    frozen : bool
+        Its frames keep their initial orientation, whatever its rotation states say: those are kept only to see how far
+        it has turned.
     """
 
     size: int
@@ -229,6 +235,7 @@ class Form:
     holds: Sequence[Hold] = ()
     storage: Storage | None = None
     modulation: Modulation | None = None
+    frozen: bool = False
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0

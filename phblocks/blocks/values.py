@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from phblocks.approximation import Approximation
 from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.load import LineLoad
 from phblocks.blocks.beam.section import Section
@@ -23,7 +24,9 @@ from phblocks.errors import ExportError
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Domain, Quantity
 
 #: Data that are not blocks, by name.
-TYPES: dict[str, type[Any]] = {t.__name__: t for t in (Section, Damping, LineLoad, SystemPort, Domain, Quantity)}
+TYPES: dict[str, type[Any]] = {
+    t.__name__: t for t in (Section, Approximation, Damping, LineLoad, SystemPort, Domain, Quantity)
+}
 #: Domains that are known by their name alone.
 DOMAINS = {domain.name: domain for domain in (TRANSLATION, ROTATION, ELECTRICAL, HYDRAULIC)}
 

@@ -26,7 +26,7 @@ from scipy.sparse.linalg import splu
 
 from phblocks.blocks.block import Block
 from phblocks.blocks.form import AngleRows, Form, Piece
-from phblocks.causality.edits import Meeting
+from phblocks.causality.meetings import Meeting
 from phblocks.frames import rotate
 from phblocks.network import Junction, Network
 from phblocks.ports import Anchor, Domain, Port

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 
 from phblocks.blocks.block import Block
 from phblocks.network import Junction, Network
-from phblocks.ports import ROTATION, Anchor, Exposure, Port
+from phblocks.ports import Anchor, Exposure, Port
 
 
 def rebuilt(network: Network, blocks: Mapping[str, Block | None], ports: Mapping[Port, Port] | None = None) -> Network:
@@ -39,7 +39,7 @@ def rebuilt(network: Network, blocks: Mapping[str, Block | None], ports: Mapping
     for junction in network.joined:
         moved = tuple(dict.fromkeys(place.get(p, p) for p in junction.ports))
         moved = tuple(p for p in moved if result.blocks.get(p.block.name) is p.block)
-        if moved == junction.ports or len(moved) > 1:
+        if len(moved) > 1 or len(moved) == len(junction.ports):
             result.join(Junction(moved, junction.made_by))
     for e in network.exposed:
         port = place.get(e.port, e.port)
@@ -91,147 +91,6 @@ def merged(network: Network, first: str, second: str) -> tuple[Network, str] | N
     return None if all(b.shared for b in result.blocks.values()) else (result, found.what)
 
 
-@dataclass(frozen=True)
-class Meeting:
-    """Parts that can only give, where one may: all but one are to be held by joints of their own.
-
-    Parameters
-    ----------
-    hub : Port or Exposure
-        What stays: of the outside, if that gives; of the ground, if it is among them; else of the first part.
-    others : tuple of Port
-        Of the other parts.
-    joint : Junction
-        Where they meet.
-    weld : Junction or None
-        That of their rotations, if they may not turn against each other.
-    """
-
-    hub: Port | Exposure
-    others: tuple[Port, ...]
-    joint: Junction
-    weld: Junction | None = None
-
-    @classmethod
-    def of(cls, network: Network, ports: Collection[Port]) -> Meeting | None:
-        """Find out who meets at a junction of translation, or of rotation alone.
-
-        Parameters
-        ----------
-        network : Network
-            The network.
-        ports : collection of Port
-            All ports of the junction.
-
-        Returns
-        -------
-        Meeting or None
-            ``None`` if there are not two that can only give, or the junction is one of another domain, or the
-            rotations of a weld.
-        """
-        joints = [j for j in network.junctions() if set(j.ports) == set(ports)]
-        if len(joints) != 1 or not joints[0].domain.turns_with:
-            return None
-        joint = joints[0]
-        stiff = sorted((p for p in ports if _only_gives(p)), key=lambda p: (not p.block.shared, p.path))
-        imposed = [e for e in joint.exposures if e.gives]
-        if imposed:
-            held = not stiff or stiff[0].block.shared or len(imposed) > 1
-            return None if held else cls(imposed[0], tuple(stiff), joint)
-        if len(stiff) < 2:
-            return None
-        anchors = [p.anchor for p in stiff if p.anchor is not None]
-        if joint.domain is ROTATION:
-            placed = [a.translation for a in anchors]
-            welded = len(placed) == len(stiff) and any(set(placed) <= set(j.ports) for j in network.joined)
-            return None if welded else cls(stiff[0], tuple(stiff[1:]), joint)
-        turns = [a.rotation for a in anchors if a.turns]
-        welds = [j for j in network.joined if len(turns) == len(stiff) and set(turns) <= set(j.ports)]
-        return cls(stiff[0], tuple(stiff[1:]), joint, welds[0] if welds else None)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """What the parts are called: blocks, or the opening to the outside."""
-        first = self.hub.block.name if isinstance(self.hub, Port) else self.hub.name
-        return (first, *(p.block.name for p in self.others))
-
-    def ports_of(self, part: Port | Exposure) -> tuple[Port, ...]:
-        """List the ports of one of the parts that are held.
-
-        Parameters
-        ----------
-        part : Port or Exposure
-            At the joint.
-
-        Returns
-        -------
-        tuple of Port
-            That port, and for a weld the one of rotation; none of the outside.
-        """
-        if not isinstance(part, Port):
-            return ()
-        return (part,) if self.weld is None or part.anchor is None else (part, part.anchor.rotation)
-
-
-def mounted(network: Network, meeting: Meeting, make: Callable[[str], Block]) -> Network:
-    """Put blocks between parts that meet, instead of a joint of which one gives.
-
-    Parameters
-    ----------
-    network : Network
-        The network; it is not changed.
-    meeting : Meeting
-        The parts.
-    make : callable
-        From a name to a block with two ports of the domain of the joint, and two of rotation for a weld. Ports of
-        rotation that are not needed are attached to the ground: a pin passes no moment on.
-
-    Returns
-    -------
-    Network
-        A new one, with such a block for each part but the hub. Ports that take stay with the hub, or, if that is the
-        ground or the outside, with the first of the other parts: what acts on that part goes through its joint.
-    """
-    junctions = [j for j in (meeting.joint, meeting.weld) if j is not None]
-    sites = {j.ports: j for j in junctions}
-    gone = {q for p in meeting.others for q in meeting.ports_of(p)}
-    moves = isinstance(meeting.hub, Port) and not meeting.hub.block.shared
-    kept = {*gone, *(meeting.ports_of(meeting.hub) if isinstance(meeting.hub, Port) else ())}
-    takers = {j: [p for p in j.ports if p not in kept] for j in junctions}
-    result = _rejoined(network, [j for j in network.joined if j.ports not in sites])
-    at_hub: dict[Junction, list[Port]] = {j: [] for j in junctions}
-    for junction, port in zip(junctions, meeting.ports_of(meeting.hub), strict=False):
-        at_hub[junction].append(port)
-    for other, part in zip(meeting.others, meeting.names[1:], strict=True):
-        name = f"{'pin' if meeting.weld is None else 'weld'} {meeting.names[0]} {part}"
-        while name in result.blocks:
-            name += " again"
-        block = make(name)
-        result.blocks[name], result.added[name] = block, meeting.joint.made_by
-        free = dict.fromkeys(block.ports.values())
-        for junction, port in zip(junctions, meeting.ports_of(other), strict=True):
-            first, second = (p for p in free if p.domain == junction.domain)
-            del free[first], free[second]
-            at_hub[junction].append(first)
-            hanging = takers[junction] if not moves and other is meeting.others[0] else ()
-            result.join(Junction((port, second, *hanging), junction.made_by))
-        if free:
-            result.join(Junction((_still(network), *free), meeting.joint.made_by))
-    for junction, hung in at_hub.items():
-        at = [*hung, *(takers[junction] if moves else ())]
-        if len(at) > 1:
-            result.join(Junction(tuple(at), junction.made_by))
-    result.exposed = [
-        replace(e, port=at_hub[meeting.joint][0]) if e == meeting.hub and e.port in gone else e for e in result.exposed
-    ]
-    return result
-
-
-def _still(network: Network) -> Port:
-    """The rotation of the ground."""
-    return next(p for b in network.blocks.values() if b.shared for p in b.ports.values() if p.domain is ROTATION)
-
-
 def grounded(network: Network, path: str) -> Network | None:
     """Attach a loose port to the ground.
 
@@ -253,13 +112,26 @@ def grounded(network: Network, path: str) -> Network | None:
     grounds = [p for b in network.blocks.values() if b.shared for p in b.ports.values() if p.domain == junction.domain]
     if not grounds:
         return None
-    result = _rejoined(network, [j for j in network.joined if j.ports != junction.ports])
+    result = rejoined(network, [j for j in network.joined if j.ports != junction.ports])
     result.join(Junction((*junction.ports, grounds[0]), junction.made_by))
     return result
 
 
-def _rejoined(network: Network, joined: Iterable[Junction]) -> Network:
-    """The same network with other junctions."""
+def rejoined(network: Network, joined: Iterable[Junction]) -> Network:
+    """Keep all blocks and join them otherwise.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    joined : iterable of Junction
+        What is joined now.
+
+    Returns
+    -------
+    Network
+        A new one.
+    """
     result = rebuilt(network, {})
     result.joined, result.junction_of = [], {}
     for junction in joined:
@@ -333,7 +205,7 @@ def off_the_ground(network: Network, ports: Collection[Port]) -> Network:
     if junction is None:
         return network
     left = tuple(p for p in junction.ports if not p.block.shared)
-    result = _rejoined(network, [other for other in network.joined if other is not junction])
+    result = rejoined(network, [other for other in network.joined if other is not junction])
     if len(left) > 1:
         result.join(Junction(left, junction.made_by))
     return result
@@ -362,7 +234,7 @@ def hung_on(network: Network, ports: Collection[Port], block: Block, port: Port)
     if junction is None:
         return network
     more = Junction((*junction.ports, port), junction.made_by)
-    result = _rejoined(network, [more if other is junction else other for other in network.joined])
+    result = rejoined(network, [more if other is junction else other for other in network.joined])
     result.blocks[block.name], result.added[block.name] = block, junction.made_by
     return result
 
@@ -371,11 +243,6 @@ def _junction(network: Network, ports: Collection[Port]) -> Junction | None:
     """The junction of ports of these names: another change may have put other blocks in the place of theirs."""
     paths = {p.path for p in ports}
     return next((j for j in network.joined if {p.path for p in j.ports} == paths), None)
-
-
-def _only_gives(port: Port) -> bool:
-    choices, _ = port.block.choices()
-    return next(not c.may_take for c in choices if c.port is port)
 
 
 def _in_series(network: Network, first: Block, second: Block) -> tuple[Port, Port] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain, combinations, islice
@@ -20,16 +20,15 @@ from phblocks.blocks.transformer import Transformer
 from phblocks.causality.compliance import Forms, suggest_mass, suggest_stiffness
 from phblocks.causality.conflicts import Conflict
 from phblocks.causality.edits import (
-    Meeting,
     grounded,
     hung_on,
     merged,
-    mounted,
     off_the_ground,
     rebuilt,
     turned_round,
     without_opening,
 )
+from phblocks.causality.meetings import Meeting, mounted
 from phblocks.causality.wording import enumerated
 from phblocks.network import Network
 from phblocks.ports import ROTATION, TRANSLATION, Port
@@ -220,7 +219,7 @@ def _compliances(network: Network, forms: Forms, conflict: Conflict, known: Coll
             make: Callable[[str], Block] = make,
         ) -> Network:
             meeting = again(network)
-            return network if meeting is None else mounted(network, meeting, make)
+            return network if meeting is None else mounted(network, [meeting], lambda _, name: make(name))
 
         kind, unit = ("torsion spring", "N m/rad") if turns else ("bushing", "N/m")
         size = f"{found.value:.3g} {unit}"
@@ -260,6 +259,30 @@ def _masses(network: Network, forms: Forms, conflict: Conflict, known: Collectio
     yield Step("mass", what, weigh, junction.ports, frequency=found.frequency, mass=found.value)
 
 
+def held(network: Network, meetings: Sequence[Meeting]) -> Network:
+    """Hold parts that all give velocity together, by joints with multipliers.
+
+    Parameters
+    ----------
+    network : Network
+        The network; it is not changed.
+    meetings : sequence of Meeting
+        The parts, at different joints.
+
+    Returns
+    -------
+    Network
+        A new one.
+    """
+
+    def make(meeting: Meeting, name: str) -> Block:
+        if meeting.joint.domain is ROTATION:
+            return Transformer(name, 1.0, multiplier=True)
+        return RigidJoint(name, turns=meeting.weld is None)
+
+    return mounted(network, meetings, make)
+
+
 def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
     """A joint force of its own for parts that all give velocity."""
     for meeting, again in _meetings(network, conflict):
@@ -268,13 +291,7 @@ def _multipliers(network: Network, conflict: Conflict) -> Iterator[Step]:
             meeting = again(network)
             if meeting is None:
                 return network
-
-            def make(name: str) -> Block:
-                if meeting.joint.domain is ROTATION:
-                    return Transformer(name, 1.0, multiplier=True)
-                return RigidJoint(name, turns=meeting.weld is None)
-
-            return mounted(network, meeting, make)
+            return held(network, [meeting])
 
         names = enumerated(sorted(set(meeting.names)), ", ", "parts")
         what = f"hold {names} together by a multiplier (multiplier=True)"

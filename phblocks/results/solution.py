@@ -413,7 +413,7 @@ class Solution:
 
     def _part(self, block: Block) -> Part:
         part = self.system.part(block.name)
-        if part.block is not block:
+        if block not in (part.block, part.block.original):
             raise ForeignBlockError(
                 f"block {block.name!r}",
                 expected=f"a block of system {self.system.name!r}",

@@ -21,7 +21,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -47,6 +47,9 @@ from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.system.symbolic import SymbolicSystem, symbolic
 from phblocks.triplets import Floats, Ints, Triplets
+
+if TYPE_CHECKING:
+    from phblocks.effects.record import Effect
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -108,6 +111,8 @@ class System:
         The states that blocks share.
     report : object
         The causality report the system was assembled from.
+    approximations : tuple of Effect
+        What was left out on request, by block.
     remake : callable or None
         Assembles the same diagram with other values of its parameters, by name.
     """
@@ -141,6 +146,7 @@ class System:
     start: State
     sharing: Sharing
     report: object = field(repr=False)
+    approximations: tuple[Effect, ...] = ()
     remake: Callable[[Mapping[str, float]], System] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
@@ -333,7 +339,8 @@ class System:
         Multipliers, states of stateless parts and spans do not, nor do states whose energy is not quadratic.
         """
         carry = np.array([kind not in (NO_ENERGY, CONFIGURATION) for kind in self.energy_kinds], dtype=bool)
-        carries = carry[self.energy_kind_of_state]
+        # a state that blocks share stores energy if it does in one of them
+        carries = np.asarray(abs(self.sharing.expansion).T @ carry[self.energy_kind_of_coordinate].astype(float)) > 0.0
         for storage in self.storages:
             carries[storage.energy] = False
         return carries

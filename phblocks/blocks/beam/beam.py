@@ -10,15 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phblocks.approximation import Approximation, require_approximation
 from phblocks.blocks.beam.damping import Damping
-from phblocks.blocks.beam.ends import END_NAMES, End, parse_causality
+from phblocks.blocks.beam.ends import END_NAMES, ENDS, End, parse_causality
 from phblocks.blocks.beam.form import BeamForm, beam_form, fraction
 from phblocks.blocks.beam.load import LINE, LineLoad, require_loads
 from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
+from phblocks.blocks.beam.omission import COMPONENTS, kept_coefficients, sizes
+from phblocks.blocks.beam.rigid import RigidBeamForm, RigidLine, rigid_form
 from phblocks.blocks.beam.section import Section
-from phblocks.blocks.beam.tensors import Variant
-from phblocks.blocks.block import Alternative, Block, BlockPoint, PortChoice, Tie
+from phblocks.blocks.beam.tensors import Variant, component_index
+from phblocks.blocks.block import Alternative, Block, BlockPoint, PortChoice, Rigid, Tie
 from phblocks.blocks.checks import require_point, require_positive, require_real
+from phblocks.blocks.form import Form
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR, Space
@@ -62,6 +66,8 @@ class Beam(Block):
         Drag and internal damping; none by default.
     loads : LineLoad or sequence of LineLoad, optional
         Forces per length; none by default.
+    approximation : Approximation, optional
+        What is left out in this beam, whatever is left out in the rest of the diagram.
 
     Raises
     ------
@@ -90,6 +96,7 @@ class Beam(Block):
         switch_at: float = 0.5,
         damping: Damping | None = None,
         loads: LineLoad | Sequence[LineLoad] = (),
+        approximation: Approximation | None = None,
     ) -> None:
         super().__init__(name)
         if not isinstance(section, Section):
@@ -119,6 +126,7 @@ class Beam(Block):
             )
         self.section = section
         self.damping = damping
+        self.approximation = require_approximation(f"Beam {name!r} approximation", approximation)
         self.loads = require_loads(f"Beam {name!r} loads", loads)
         self._load_ports = {f"load {load.name}": Port(self, f"load {load.name}", LINE) for load in self.loads}
         self.degree = int(degree)
@@ -215,8 +223,10 @@ class Beam(Block):
         choices : sequence of PortChoice
             All free with causality "auto", all fixed otherwise.
         ties : sequence of Tie
-            Each pair prefers equal ends: a switch costs one.
+            Each pair prefers equal ends: a switch costs one. None if the beam is taken for rigid: then all give.
         """
+        if self.held:
+            return [PortChoice(port, may_give=True, may_take=False) for port in self.ports.values()], []
         choices = []
         for i, anchor in enumerate((self.start, self.end)):
             for port, fixed in zip(anchor.ports, self.ends[i] if self.ends else (None, None), strict=True):
@@ -234,8 +244,10 @@ class Beam(Block):
         Returns
         -------
         sequence of Alternative
-            None if the beam is free to choose already.
+            None if the beam is free to choose already, or taken for rigid.
         """
+        if self.held:
+            return []
         chosen = f' (causality="auto", was "{"-".join(END_NAMES[e] for e in self.ends)}")' if self.ends else ""
         first = f"let beam {self.name!r} choose its ends{chosen}"
         result = [Alternative(self._like("", self._fractions), first)] if self.ends else []
@@ -304,7 +316,51 @@ class Beam(Block):
             switch_at=self.switch_at,
             damping=self.damping,
             loads=[replace(load, name=load.name + suffix) for load in self.loads],
+            approximation=self.approximation,
         )
+
+    @property
+    def held(self) -> bool:
+        """Whether the beam is taken for rigid: all its ports give velocity then."""
+        return not self.kept.flexible
+
+    @property
+    def rigid(self) -> Rigid | None:
+        """What the beam weighs if it is taken for rigid."""
+        return self._line.body if self.held else None
+
+    @property
+    def _line(self) -> RigidLine:
+        coefficients, _ = kept_coefficients(self.section.coefficients(self.space), self.kept)
+        return RigidLine(self._start, self.start_angle, self.curvature, self.length, coefficients)
+
+    def left_out(self, form: Form) -> Mapping[str, int]:
+        """List the effects that are left out on request; see :meth:`Block.left_out`.
+
+        Parameters
+        ----------
+        form : Form
+            What :meth:`reduced_form` made of the beam.
+
+        Returns
+        -------
+        mapping of str to int
+            Name of the effect -> number of states that belong to it. The states of strains and inertias that are left
+            out are still there, without energy.
+        """
+        found = dict(super().left_out(form))
+        if self.held:
+            whole = self.mesh(ENDS["free"], ENDS["free"])
+            return found | {"flexible": whole.size - form.size}
+        if self.kept.large_rotation == "second-order":
+            found["large_rotation"] = 0
+        found |= {name: sizes(form.runs, name) for name in COMPONENTS if not getattr(self.kept, name)}
+        if self.damping is not None and not self.kept.internal_damping:
+            damped = self.damping.times > 0.0
+            found["internal_damping"] = sum(
+                run.positions.size for run in form.runs if damped[component_index(run.field[0], int(run.field[1]) - 1)]
+            )
+        return found
 
     def mesh(self, start: End, end: End) -> Mesh:
         """Number the states for given causalities of the ends.
@@ -327,7 +383,7 @@ class Beam(Block):
             segments = [Segment(0, m, Variant(*start)), Segment(m, n, Variant(*end))]
         return number_states(self.boundaries, self.degree, segments, self.space)
 
-    def form(self, gives: Mapping[str, bool]) -> BeamForm:
+    def form(self, gives: Mapping[str, bool]) -> BeamForm | RigidBeamForm:
         """Reduce the beam to its matrices for a given causality.
 
         Parameters
@@ -337,9 +393,12 @@ class Beam(Block):
 
         Returns
         -------
-        BeamForm
+        BeamForm or RigidBeamForm
             Matrices, ports, orientation and mass points.
         """
+        loads = dict(zip(self._load_ports, self.loads, strict=True))
+        if self.held:
+            return rigid_form(self._line, self.damping, loads)
         start, end = (End(gives[f"{a}.translation"], gives[f"{a}.rotation"]) for a in ("start", "end"))
         return beam_form(
             self.mesh(start, end),
@@ -349,7 +408,8 @@ class Beam(Block):
             origin=self._start,
             start_angle=self.start_angle,
             damping=self.damping,
-            loads=dict(zip(self._load_ports, self.loads, strict=True)),
+            loads=loads,
+            kept=self.kept,
         )
 
     def end_names(self, gives: Mapping[str, bool]) -> str:

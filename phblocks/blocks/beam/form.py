@@ -15,11 +15,13 @@ from typing import cast
 import numpy as np
 import scipy.sparse as sp
 
+from phblocks.approximation import EXACT, Approximation
 from phblocks.blocks.beam.damping import VISCOUS_PART, Damping, damp
 from phblocks.blocks.beam.ends import End
 from phblocks.blocks.beam.load import LineLoad, load_pieces
 from phblocks.blocks.beam.matrices import beam_matrices, strain_offsets, trace
 from phblocks.blocks.beam.mesh import Mesh
+from phblocks.blocks.beam.omission import kept_coefficients, kept_damping, without_energy
 from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
 from phblocks.blocks.form import AngleRows, Form, History, MaterialPoints, Piece, PortForm
@@ -479,6 +481,7 @@ def beam_form(
     start_angle: float,
     damping: Damping | None = None,
     loads: Mapping[str, LineLoad] | None = None,
+    kept: Approximation = EXACT,
 ) -> BeamForm:
     """Reduce a planar beam to its matrices.
 
@@ -500,17 +503,24 @@ def beam_form(
         None by default.
     loads : mapping of str to LineLoad, optional
         By the name of their port; none by default.
+    kept : Approximation, optional
+        Which strains, inertias and products are kept; all by default.
 
     Returns
     -------
     BeamForm
         The beam in its own coordinates.
     """
-    E, J0, T = beam_matrices(mesh, coefficients, strain_offsets(curvature))
+    full, offsets = coefficients, strain_offsets(curvature)
+    coefficients, modulating = kept_coefficients(full, kept)
+    E, J0, T = beam_matrices(mesh, coefficients, offsets, modulating)
     runs, R, copies = mesh.runs, Triplets.empty(), np.empty(0, dtype=np.int64)
+    damping = None if damping is None else kept_damping(damping, kept)
     if damping is not None:
-        damped = damp(mesh, (E, J0, T), coefficients, damping)
+        inertia = E if coefficients is full else beam_matrices(mesh, full, offsets)[0]  # drag needs no inertia
+        damped = damp(mesh, (inertia, J0, T), full, damping)
         runs, J0, R, T, copies = damped.runs, damped.J0, damped.R, damped.T, damped.copies
+    runs = without_energy(runs, coefficients)
     spin_runs = [i for i, run in enumerate(mesh.runs) if run.field.startswith("W")]
     first = sum(run.positions.size for run in mesh.runs[: spin_runs[0]])
     rotation_states = first + np.arange(sum(mesh.runs[i].positions.size for i in spin_runs))

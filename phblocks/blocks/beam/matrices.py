@@ -9,7 +9,9 @@ from phblocks.blocks.beam.tensors import component_index, reference_element
 from phblocks.triplets import Floats, Ints, Triplets
 
 
-def beam_matrices(mesh: Mesh, coefficients: Floats, offsets: Floats) -> tuple[Triplets, Triplets, Triplets]:
+def beam_matrices(
+    mesh: Mesh, coefficients: Floats, offsets: Floats, modulating: Floats | None = None
+) -> tuple[Triplets, Triplets, Triplets]:
     """Assemble the constant matrices of a beam.
 
     Parameters
@@ -20,22 +22,29 @@ def beam_matrices(mesh: Mesh, coefficients: Floats, offsets: Floats) -> tuple[Tr
         Shape (12,): inertias and compliances per length, see :meth:`Section.coefficients`.
     offsets : numpy.ndarray
         Shape (12,): the constant part of strain (e1 at N) and curvature (initial curvature at M), else zero.
+    modulating : numpy.ndarray, optional
+        Shape (12,): what makes momentum, strain and curvature of a field where it modulates, in T; the coefficients
+        by default.
 
     Returns
     -------
     E, J0, T : Triplets
-        Shape (size, size) twice and (size, size, size); J0 and T skew in the first two axes to the last bit.
+        Shape (size, size) twice and (size, size, size); J0 and T skew in the first two axes to the last bit. What a
+        zero multiplies has no entries.
     """
+    modulating = coefficients if modulating is None else modulating
     E, J0, T = [], [], []
     for i, segment in enumerate(mesh.segments):
         element = reference_element(mesh.degree, segment.variant, mesh.space)
         states = mesh.local_states(i)
         h = mesh.lengths[segment.first : segment.last, None]
-        E.append(_spread(element.mass, states, h * coefficients[element.mass_coefficient]))
+        mass = _nonzero(element.mass, coefficients[element.mass_coefficient])
+        E.append(_spread(mass[0], states, h * mass[1]))
         J0.append(_spread(element.slope, states, 1.0))
         curved = _nonzero(element.product, offsets[element.product_offset])
         J0.append(_spread(curved[0], states, h * curved[1]))
-        T.append(_spread(element.cubic, states, h * coefficients[element.cubic_coefficient]))
+        cubic = _nonzero(element.cubic, modulating[element.cubic_coefficient])
+        T.append(_spread(cubic[0], states, h * cubic[1]))
     J0.append(_switch(mesh))
     return Triplets.join(E), Triplets.join(J0), Triplets.join(T, order=3)
 

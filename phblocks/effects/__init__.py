@@ -1,0 +1,1 @@
+"""Which effects a compilation computes, and what became of the others."""

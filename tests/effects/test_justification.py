@@ -1,0 +1,109 @@
+"""Large rotations left out where that is wrong: refused where it is known before a run, else a warning after it."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import phblocks as ph
+from phblocks.errors import ApproximationError, ApproximationWarning, PhblocksWarning
+
+LINEAR = ph.Approximation(large_rotation=False)
+INSIST = ph.Approximation(large_rotation=False, insist=True)
+
+
+@pytest.fixture(scope="module")
+def section(references):
+    b = references["spin_up"]["beam"]
+    return ph.Section(axial=b["EA"], shear=b["kGA"], bending=b["EI"], mass=b["rhoA"], rotary=b["rhoI"])
+
+
+def rotor(section, approximation=None, drive=None):
+    """The spin-up beam: its root is pinned, and turned by an exposed angular velocity or by a source."""
+    d = ph.Diagram("rotor")
+    beam = d.add(ph.Beam("blade", section, (0, 0), (10, 0), elements=4, degree=2, approximation=approximation))
+    d.pin(beam.start, d.ground)
+    if drive is None:
+        d.expose(beam.start.rotation, "root", imposes="angular velocity")
+    else:
+        motor = d.add(ph.AngularVelocity("motor", drive))
+        d.connect(motor.port, beam.start.rotation)
+    return d
+
+
+def test_a_constant_drive_is_refused_by_compile(section):
+    """First frequency 3.7976 rad/s: the linear model would diverge at sqrt(6^2 - 3.7976^2) = 4.645 1/s."""
+    with pytest.raises(ApproximationError, match=r"4\.645 1/s") as caught:
+        rotor(section, LINEAR, drive=6.0).compile()
+    error = caught.value
+    assert error.code == "PH403" and "'blade'" in error.where
+    assert "below 0.3798 rad/s" in error.expected and "centrifugal stiffening" in error.got
+    assert "second-order" in error.fix and "insist=True" in error.fix
+    with pytest.raises(ApproximationError):
+        rotor(section, drive=-6.0).compile(approximation=LINEAR)
+
+
+def test_below_the_first_frequency_it_says_what_becomes_of_it(section):
+    with pytest.raises(ApproximationError, match=r"falls to 2\.329 rad/s"):  # sqrt(3.7976^2 - 3^2)
+        rotor(section, LINEAR, drive=3.0).compile()
+
+
+def test_a_tenth_of_the_first_frequency_is_the_limit(section):
+    assert rotor(section, LINEAR, drive=0.379).compile().linear
+    with pytest.raises(ApproximationError):
+        rotor(section, LINEAR, drive=0.381).compile()
+
+
+@pytest.mark.parametrize("kept", [INSIST, ph.Approximation(large_rotation="second-order"), ph.Approximation()], ids=str)
+def test_not_refused_on_insistence_or_with_the_physics(section, kept):
+    assert rotor(section, kept, drive=6.0).compile().n > 0
+
+
+def test_inputs_and_starts_are_refused_by_simulate(section):
+    system = rotor(section, LINEAR).compile()
+    with pytest.raises(ApproximationError):
+        ph.simulate(system, 0.1, 0.01, inputs={"root": 6.0})
+    with pytest.raises(ApproximationError):
+        ph.simulate(system, 0.1, 0.01, inputs={"root": lambda t: 6.0 - t})
+    with pytest.raises(ApproximationError):
+        ph.simulate(system, 0.1, 0.01, inputs={"root": 0.0}, start=system.rigid_motion(spin=6.0))
+    assert ph.simulate(system, 0.1, 0.01, inputs={"root": lambda t: 0.1 * t}).status.ok
+
+
+def test_blocks_that_keep_large_rotations_may_spin(section):
+    """Only the other beam of the two is linear, and that one is at rest."""
+    d = rotor(section, drive=6.0)
+    still = d.add(ph.Beam("still", section, (0, 1), (10, 1), elements=2, approximation=LINEAR))
+    d.weld(still.start, d.ground)
+    assert [e.block for e in d.compile().approximations] == ["still"]
+
+
+@pytest.mark.parametrize("outputs", ["all", None])
+def test_a_mechanism_that_turns_is_a_warning_after_the_run(four_bar, outputs):
+    system = four_bar().compile(outputs, approximation=LINEAR)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        near_rest = ph.simulate(system, 0.1, 0.01)
+    assert near_rest.status.ok
+    with pytest.warns(ApproximationWarning) as caught:
+        solution = ph.simulate(system, 0.5, 0.01)
+    assert [str(w.message).split("'")[1] for w in caught] == ["crank", "coupler", "rocker"]
+    assert all(w.filename == __file__ for w in caught)
+    largest = np.abs(solution.recording.theta[:, system.part("rocker").theta]).max()
+    assert largest > 0.1 and f"turned by {largest:.3g} rad" in str(caught[2].message)
+    assert issubclass(ApproximationWarning, PhblocksWarning) and issubclass(PhblocksWarning, UserWarning)
+
+
+def test_who_insists_is_not_warned(four_bar):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert ph.simulate(four_bar().compile(approximation=INSIST), 0.5, 0.01).status.ok
+
+
+def test_bodies_are_watched_too():
+    """A rigid body has no frequency, so nothing is known before; what it turns is a warning."""
+    d = ph.Diagram("top")
+    d.add(ph.RigidBody("top", 1.0, 0.1, (0, 0), approximation=LINEAR))
+    system = d.compile()
+    with pytest.warns(ApproximationWarning, match="'top' turned by 3 rad"):
+        ph.simulate(system, 1.0, 0.1, start=system.rigid_motion(spin=3.0))
