@@ -4,7 +4,7 @@ The names below are in the order of their use: make sections and blocks, join th
 compile it to a system, simulate it, read the solution.
 """
 
-from phblocks import errors, plots, studies
+from phblocks import errors, fmu, plots, studies
 from phblocks.approximation import Approximation
 from phblocks.blocks.beam.beam import Beam
 from phblocks.blocks.beam.damping import Damping
@@ -16,13 +16,14 @@ from phblocks.blocks.circuit import Capacitor, Inductor, Reference, Resistor
 from phblocks.blocks.custom import CustomBlock
 from phblocks.blocks.joints import RigidJoint, Slider
 from phblocks.blocks.motor import DCMotor
+from phblocks.blocks.parameter import Parameter
 from phblocks.blocks.sources import AngularVelocity, Current, Force, Moment, Velocity, Voltage
 from phblocks.blocks.spring import Damper, Spring
 from phblocks.blocks.system_block import SystemBlock, SystemPort
 from phblocks.blocks.torsion import TorsionDamper, TorsionSpring
 from phblocks.blocks.transformer import Gyrator, Transformer
 from phblocks.causality import CausalityReport
-from phblocks.diagram import Diagram
+from phblocks.diagram import Diagram, load
 from phblocks.errors import PhblocksError
 from phblocks.files.access import read
 from phblocks.files.stored import SavedRun
@@ -74,6 +75,7 @@ __all__ = [
     "Moment",
     "Nested",
     "Newton",
+    "Parameter",
     "PhblocksError",
     "Port",
     "Quantity",
@@ -98,6 +100,8 @@ __all__ = [
     "Velocity",
     "Voltage",
     "errors",
+    "fmu",
+    "load",
     "plots",
     "read",
     "resume",

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar, overload
 
 import networkx as nx
@@ -10,11 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phblocks.approximation import Requested, require_request
-from phblocks.assembly import Outputs, assemble
+from phblocks.assembly import Outputs, assemble, revalued
 from phblocks.blocks.block import Block
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
 from phblocks.causality import CausalityReport, assign_causality
+from phblocks.description import describe, draw, read_file, write_file
 from phblocks.effects.approximations import approximated
 from phblocks.effects.justification import justified
 from phblocks.errors import (
@@ -78,6 +84,11 @@ class Diagram:
     def ground(self) -> Anchor:
         """The anchor of the ground: at rest, and wherever it is needed."""
         return self._ground.anchor
+
+    @property
+    def blocks(self) -> Mapping[str, Block]:
+        """All blocks by name, in the order of adding; the ground included."""
+        return MappingProxyType(self.network.blocks)
 
     @property
     def graph(self) -> nx.MultiGraph[str]:
@@ -396,7 +407,40 @@ class Diagram:
         network = approximated(self.network, require_request("compile approximation", approximation, names))
         report = assign_causality(network)
         report.raise_if_impossible()
-        return justified(assemble(network, report, outputs))
+        now = replace(  # what is drawn later is no part of it
+            self.network,
+            blocks=dict(self.network.blocks),
+            joined=list(self.network.joined),
+            exposed=list(self.network.exposed),
+            junction_of=dict(self.network.junction_of),
+        )
+        again = partial(_compiled_with, now, outputs, approximation)
+        return replace(justified(assemble(network, report, outputs)), remake=again)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the diagram to a JSON file, which :func:`load` reads and editors may write.
+
+        Blocks of nested diagrams are written under their long names. See ``docs/diagram-json.md``.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            Such as ``"crane.json"``; a file of this name is replaced.
+
+        Returns
+        -------
+        pathlib.Path
+            The file.
+
+        Raises
+        ------
+        ExportError
+            If an argument of a block is a function (a signal of time, a Hamiltonian that is not of sympy), or the file
+            cannot be written.
+        ArgumentTypeError
+            If it is not a path.
+        """
+        return write_file(describe(self.network, self._ground.name), path)
 
     def _nest(self, inner: Diagram, name: str) -> Nested:
         where = f"add diagram {name!r} to {self.name!r}"
@@ -547,6 +591,42 @@ class Diagram:
                 )
             self._require_member(anchor.block, anchor.path)
         _require_same_place(verb, anchors)
+
+
+def _compiled_with(
+    network: Network, outputs: Outputs, approximation: Requested | None, values: Mapping[str, float]
+) -> System:
+    """Compile a network with other values of its parameters."""
+    other = approximated(revalued(network, values), approximation)
+    report = assign_causality(other)
+    report.raise_if_impossible()
+    return justified(assemble(other, report, outputs))
+
+
+def load(path: str | os.PathLike[str]) -> Diagram:
+    """Read a diagram from a JSON file that :meth:`Diagram.save` or an editor wrote; nothing in it is executed.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file.
+
+    Returns
+    -------
+    Diagram
+        Its blocks are ``diagram.blocks["crank"]``.
+
+    Raises
+    ------
+    ExportError
+        If it cannot be read, is not a diagram or of a later version, or says something that is not known.
+    PhblocksError
+        As the same calls in Python: a number out of its range, a port that does not exist or is joined already.
+    """
+    file, data = read_file(path)
+    diagram = Diagram(data["name"], data.get("gravity"))
+    draw(data, diagram, f"file {file}")
+    return diagram
 
 
 def _require_same_place(verb: str, anchors: Sequence[Anchor], hint: str = "") -> None:

@@ -170,6 +170,12 @@ class ResultFileError(PhblocksError, ValueError):
     code = "PH502"
 
 
+class ExtraMissingError(PhblocksError, ImportError):
+    """A package that an exporter needs is not installed."""
+
+    code = "PH503"
+
+
 class StudyError(PhblocksError, RuntimeError):
     """A study cannot be carried out (its reference fails, a worker is lost), or has no such result."""
 

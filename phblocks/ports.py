@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from numpy.typing import ArrayLike
 
-from phblocks.errors import UnknownNameError
+from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.space import Space
 from phblocks.triplets import Floats
 
@@ -35,10 +35,19 @@ class Quantity:
         As in messages and tables.
     unit : str
         SI unit.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If one of them is not a text.
     """
 
     name: str
     unit: str
+
+    def __post_init__(self) -> None:
+        """Check the kinds of the arguments."""
+        _require_kind("Quantity", str, "texts", self.name, self.unit)
 
 
 @dataclass(frozen=True)
@@ -55,12 +64,31 @@ class Domain:
         The one that adds up to zero over a junction (force, moment, current).
     turns_with : {"translation", "rotation"} or None
         Which components of space the values are; ``None`` for scalars, which no rotation touches.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If the name is not a text or one of the two not a quantity.
+    DataError
+        If ``turns_with`` is something else.
     """
 
     name: str
     common: Quantity
     summed: Quantity
     turns_with: str | None = None
+
+    def __post_init__(self) -> None:
+        """Check the kinds of the arguments."""
+        _require_kind("Domain name", str, "a text", self.name)
+        _require_kind(f"Domain {self.name!r}", Quantity, "a Quantity for each of both sides", self.common, self.summed)
+        if self.turns_with not in (None, "translation", "rotation"):
+            raise DataError(
+                f"Domain {self.name!r} turns_with",
+                expected='"translation", "rotation" or None',
+                got=repr(self.turns_with),
+                fix="Leave it out for scalars.",
+            )
 
     def components(self, space: Space) -> tuple[int, ...]:
         """Return the components that a port of this domain has.
@@ -78,6 +106,12 @@ class Domain:
         if self.turns_with is None:
             return (0,)
         return space.translation if self.turns_with == "translation" else space.rotation
+
+
+def _require_kind(where: str, kind: type, expected: str, *values: object) -> None:
+    for value in values:
+        if not isinstance(value, kind):
+            raise ArgumentTypeError(where, expected=expected, got=repr(value)[:60], fix="Correct it.")
 
 
 TRANSLATION = Domain("translation", Quantity("velocity", "m/s"), Quantity("force", "N"), "translation")

@@ -29,6 +29,7 @@ KINDS = {
     "ApproximationError": (ValueError, "PH403"),
     "ExportError": (ValueError, "PH501"),
     "ResultFileError": (ValueError, "PH502"),
+    "ExtraMissingError": (ImportError, "PH503"),
     "StudyError": (RuntimeError, "PH601"),
     "UnreachedError": (ValueError, "PH602"),
 }

@@ -8,6 +8,7 @@ import phblocks
 
 HEAVY = {
     *("sympy", "matplotlib", "matplotlib.pyplot", "scipy.io"),
+    *("control", "pymor", "h5py", "pythonfmu3", "fmpy", "jsonschema"),
     *("pandas", "multiprocessing", "concurrent.futures.process", "threadpoolctl", "dask", "distributed"),
 }
 
@@ -30,3 +31,7 @@ def test_no_name_in_all_twice():
 
 def test_marked_as_typed():
     assert files("phblocks").joinpath("py.typed").is_file()
+
+
+def test_ships_the_schema_of_diagrams():
+    assert files("phblocks").joinpath("diagram.schema.json").is_file()

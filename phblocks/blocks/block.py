@@ -7,10 +7,12 @@ pipeline asks what kind of block it was.
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from functools import wraps
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -155,6 +157,25 @@ class Block(ABC):
     shared = False
     #: What is left out in this block; ``None`` leaves the choice to the diagram.
     approximation: Approximation | None = None
+    #: All kinds of blocks by name, with the module for those that are not of this package.
+    kinds: ClassVar[dict[str, type[Block]]] = {}
+    #: Names of class methods that make a block of this kind from arguments of their own.
+    makers: ClassVar[tuple[str, ...]] = ()
+    #: The class method that made it, if it was one of those.
+    maker: str | None = None
+
+    def __init_subclass__(cls) -> None:
+        """Register the kind, and keep the arguments that each block is made with."""
+        super().__init_subclass__()
+        cls.kind = cls.__name__ if cls.__module__.startswith("phblocks.") else f"{cls.__module__}.{cls.__qualname__}"
+        if not cls.__name__.startswith("_"):
+            Block.kinds[cls.kind] = cls
+        if "__init__" in vars(cls):
+            cls.__init__ = _keeping(cls.__init__)  # type: ignore[method-assign]
+
+    #: Name of the kind, as in files.
+    kind: ClassVar[str] = "Block"
+    _given: tuple[tuple[Any, ...], dict[str, Any]] = ((), {})
 
     def __init__(self, name: str) -> None:
         if not isinstance(name, str):
@@ -355,6 +376,34 @@ class Block(ABC):
         self.name = prefix + self.name
 
     @property
+    def arguments(self) -> dict[str, Any]:
+        """The arguments that make an equal block: those of the constructor, or of :attr:`maker`, that were given."""
+        args, keywords = self._given
+        maker = type(self).__init__ if self.maker is None else getattr(type(self), self.maker).__func__
+        return {**_by_name(maker, args, keywords), "name": self.name}
+
+    def made_from(self, arguments: Mapping[str, Any]) -> Block:
+        """Make another block of this kind.
+
+        Parameters
+        ----------
+        arguments : mapping of str to object
+            As of :attr:`arguments`.
+
+        Returns
+        -------
+        Block
+            Made in the same way.
+        """
+        make = type(self) if self.maker is None else getattr(type(self), self.maker)
+        block: Block = make(**arguments)
+        return block
+
+    def _made_by(self, maker: str, *args: Any, **keywords: Any) -> None:
+        """Note that a class method made the block, from other arguments than the constructor's."""
+        self.maker, self._given = maker, (_copied(args), _copied(keywords))
+
+    @property
     def ports(self) -> Mapping[str, Port]:
         """All ports by name."""
         return Ports(self.name, (port for anchor in self.anchors.values() for port in anchor.ports))
@@ -362,6 +411,38 @@ class Block(ABC):
     def __repr__(self) -> str:
         """Return kind and name."""
         return f"<{type(self).__name__} {self.name!r}>"
+
+
+def _keeping(init: Callable[..., None]) -> Callable[..., None]:
+    """Wrap a constructor; the outermost one keeps what it is given."""
+
+    @wraps(init)
+    def keeping(self: Block, *args: Any, **keywords: Any) -> None:
+        if "_given" not in vars(self):
+            self._given = (_copied(args), _copied(keywords))
+        init(self, *args, **keywords)
+
+    return keeping
+
+
+def _copied(value: Any) -> Any:
+    """Copy what can change later: arrays, lists and dictionaries."""
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    if type(value) in (list, tuple):
+        return type(value)(_copied(part) for part in value)
+    return {key: _copied(part) for key, part in value.items()} if type(value) is dict else value
+
+
+def _by_name(function: Callable[..., Any], args: tuple[Any, ...], keywords: dict[str, Any]) -> dict[str, Any]:
+    """Bind arguments to the names of parameters; ``**options`` are names like all others."""
+    signature = inspect.signature(function)
+    bound = dict(signature.bind(None, *args, **keywords).arguments)
+    bound.pop(next(iter(signature.parameters)))  # self, or cls
+    for parameter in signature.parameters.values():
+        if parameter.kind is parameter.VAR_KEYWORD:
+            bound |= bound.pop(parameter.name, {})
+    return bound
 
 
 @dataclass(frozen=True, eq=False)

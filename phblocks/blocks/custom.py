@@ -91,6 +91,9 @@ class CustomBlock(Typed):
         If an argument is of the wrong kind.
     """
 
+    makers = ("from_sympy",)
+    _expression: tuple[Any, Any] | None = None
+
     def __init__(
         self,
         name: str,
@@ -168,6 +171,7 @@ class CustomBlock(Typed):
         ArgumentTypeError
             If it is not an expression, or a variable not a symbol.
         """
+        given = dict(options)
         where, x = f"CustomBlock {name!r}", symbolic.require_symbols(f"CustomBlock {name!r} variables", variables)
         functions = symbolic.energy_of(f"{where} hamiltonian", hamiltonian, x)
         derivatives = dict(options.pop("derivatives", None) or {})
@@ -177,7 +181,10 @@ class CustomBlock(Typed):
                 options[letter], slope = found
                 if slope is not None:
                     derivatives.setdefault(letter, slope)
-        return cls(name, len(x), *functions, derivatives=derivatives, **options)
+        block = cls(name, len(x), *functions, derivatives=derivatives, **options)
+        block._expression = (tuple(x), hamiltonian)
+        block._made_by("from_sympy", name, hamiltonian, tuple(x), **given)
+        return block
 
     def _take(self, given: Mapping[str, MatrixOfState | None], derivatives: Mapping[str, Given]) -> int:
         """Keep the matrices; return the number of inputs."""
@@ -349,7 +356,7 @@ class CustomBlock(Typed):
         outputs = {name: (self._gives(name), output[list(port.columns)]) for name, port in self.typing.items()}
         start = np.concatenate([self.start, self.gradient(self.start), np.zeros(acted.size - n)])
         form = lumped_form(self._ports, runs, E, J, R, outputs, start)
-        storage = Storage(energy, coenergy, self.hamiltonian, self.gradient, self.hessian, self._size)
+        storage = Storage(energy, coenergy, self.hamiltonian, self.gradient, self.hessian, self._size, self._expression)
         return replace(form, storage=storage, modulation=modulation if self._varying else None)
 
 

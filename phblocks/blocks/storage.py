@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,8 @@ class Storage:
         H and its derivatives with respect to x.
     size : numpy.ndarray
         Of each energy variable where H is of order one.
+    expression : (sequence of sympy.Symbol, sympy.Expr) or None
+        H as an expression of symbols for the energy variables, if it was made of one.
     """
 
     energy: Ints
@@ -38,6 +41,7 @@ class Storage:
     gradient: Gradient
     hessian: Hessian
     size: Floats
+    expression: tuple[Any, Any] | None = None
 
     def shifted(self, first: int) -> Storage:
         """Number the states from another one on.

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from phblocks.errors import ArgumentTypeError, ExportError, PhblocksError
+from phblocks.errors import ArgumentTypeError, ExportError, ExtraMissingError, PhblocksError
 from phblocks.export import archive, matlab, matrix_market
 from phblocks.export.matrices import CONVENTION, Matrices, Tangent
 from phblocks.export.record import Record, matrices_of, record_of
@@ -62,6 +62,8 @@ def write(matrices: Matrices, path: str | os.PathLike[str]) -> tuple[Path, ...]:
         If the suffix is unknown, the folder does not exist, the file cannot be written or the format cannot hold it.
     ArgumentTypeError
         If it is not matrices that are given, or not a path.
+    ExtraMissingError
+        If a matrix is too large for a ``.mat`` file of version 5 and h5py, which writes version 7.3, is not installed.
     """
     if not isinstance(matrices, Matrices):
         raise ArgumentTypeError("export.write", expected="Matrices", got=repr(matrices), fix="Use system.export(path).")
@@ -99,12 +101,14 @@ def read(path: str | os.PathLike[str]) -> Matrices:
         If the suffix is unknown, there is no such file, it is damaged, or it is something else.
     ArgumentTypeError
         If it is not a path.
+    ExtraMissingError
+        If it is a ``.mat`` file of version 7.3 and h5py is not installed.
     """
     file, chosen = _resolve("export.read", path)
     where = f"file {file}"
     try:
         return matrices_of(chosen.read(file), where)
-    except ExportError:
+    except (ExportError, ExtraMissingError):
         raise
     except OSError as error:
         raise ExportError(where, expected="a file that can be read", got=str(error), fix="Check the path.") from error

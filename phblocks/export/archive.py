@@ -10,15 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from phblocks.export.record import (
-    LABELS,
-    MATRICES,
-    TANGENT_LABELS,
-    TANGENT_MATRICES,
-    TEXTS,
-    VECTORS,
-    Record,
-)
+from phblocks.export.record import ALL_LABELS, ALL_MATRICES, ALL_VECTORS, TEXTS, Record
 
 
 def write(record: Record, path: Path) -> tuple[Path, ...]:
@@ -74,11 +66,11 @@ def read(path: Path) -> Record:
     if not isinstance(archive, np.lib.npyio.NpzFile):
         raise ValueError("a single array, not an archive")
     with archive:
-        matrices = [key for key in (*MATRICES, *TANGENT_MATRICES) if f"{key}_data" in archive]
+        matrices = [key for key in ALL_MATRICES if f"{key}_data" in archive]
         return Record(
             {key: str(_texts(archive[key]).item()) for key in TEXTS if key in archive},
-            {key: tuple(_texts(archive[key]).tolist()) for key in (*LABELS, *TANGENT_LABELS) if key in archive},
-            {key: archive[key] for key in VECTORS if key in archive},
+            {key: tuple(_texts(archive[key]).tolist()) for key in ALL_LABELS if key in archive},
+            {key: archive[key] for key in ALL_VECTORS if key in archive},
             {key: _matrix(*(archive[f"{key}_{part}"] for part in ("row", "col", "data", "shape"))) for key in matrices},
         )
 

@@ -19,23 +19,20 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from phblocks.errors import ExportError
-from phblocks.export.record import (
-    LABELS,
-    MATRICES,
-    TANGENT_LABELS,
-    TANGENT_MATRICES,
-    TEXTS,
-    VECTORS,
-    Record,
-)
+from phblocks.export import hdf5
+from phblocks.export.record import ALL_LABELS, ALL_MATRICES, ALL_VECTORS, TEXTS, Record
 
 HEADER_SIZE = 128
 HEADER_END = b"\x00\x01IM"  # version 5, little-endian
 MATRIX, COMPRESSED = 14, 15  # kinds of elements
+#: Bytes, or rows, of a matrix above which the file is of version 7.3: MATLAB's own limit for version 5.
+LARGEST = 2**31 - 1
 
 
 def write(record: Record, path: Path) -> tuple[Path, ...]:
     """Write one file: sparse matrices, columns of doubles, columns of cells of text.
+
+    Of version 5, and of version 7.3 (HDF5) if a matrix is too large for that.
 
     Parameters
     ----------
@@ -53,7 +50,11 @@ def write(record: Record, path: Path) -> tuple[Path, ...]:
     ------
     ExportError
         If a matrix is too large for the format.
+    ExtraMissingError
+        If a matrix is too large for version 5 and h5py is not installed.
     """
+    if any(max(16 * m.nnz + 8 * m.shape[1], m.shape[0]) > LARGEST for m in record.matrices.values()):
+        return hdf5.write(record, path)
     from scipy.io import savemat
     from scipy.io.matlab import MatWriteError
 
@@ -93,13 +94,15 @@ def read(path: Path) -> Record:
     from scipy.io import loadmat
 
     content = path.read_bytes()
+    if hdf5.is_hdf5(content):
+        return hdf5.read(path)
     _check_sums(content)
     variables = loadmat(BytesIO(content))
     return Record(
         {key: _text(variables[key]) for key in TEXTS if key in variables},
-        {key: _label_column(variables[key]) for key in (*LABELS, *TANGENT_LABELS) if key in variables},
-        {key: np.reshape(variables[key], -1) for key in VECTORS if key in variables},
-        {key: _checked(variables[key]) for key in (*MATRICES, *TANGENT_MATRICES) if key in variables},
+        {key: _label_column(variables[key]) for key in ALL_LABELS if key in variables},
+        {key: np.reshape(variables[key], -1) for key in ALL_VECTORS if key in variables},
+        {key: _checked(variables[key]) for key in ALL_MATRICES if key in variables},
     )
 
 

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.export.nonlinear import NonlinearModel
 from phblocks.triplets import Floats
 
 #: The sign convention, in the words of every file. The letters are those of the port-Hamiltonian benchmark collection.
@@ -113,6 +114,8 @@ class Matrices:
         Feedthrough, shape (n_inputs, n_inputs); zero by default.
     tangent : Tangent, optional
         The tangent at the same state, with everything the configuration adds to it.
+    nonlinear : NonlinearModel, optional
+        The equations of motion at all states, in matrices that do not depend on the state.
     convention : str, optional
         The sign convention in words.
 
@@ -144,6 +147,7 @@ class Matrices:
     S: sp.csr_array = None
     N: sp.csr_array = None
     tangent: Tangent | None = None
+    nonlinear: NonlinearModel | None = None
     convention: str = CONVENTION
 
     def __repr__(self) -> str:
@@ -176,6 +180,13 @@ class Matrices:
         for key in ("x0", "f0", "state_positions"):
             _set(self, key, _vector(f"{where}: {key}", getattr(self, key), n, gaps=key == "state_positions"))
         self._check_tangent(f"{where}: tangent", m)
+        if self.nonlinear is not None and self.nonlinear.G.shape != (n, m):
+            raise DataError(
+                f"{where}: nonlinear",
+                expected=f"{n} states and {m} inputs",
+                got=f"G of shape {self.nonlinear.G.shape}",
+                fix="Take the model of the same system.",
+            )
 
     def with_states(self, change: ArrayLike, names: Iterable[str], units: Iterable[str]) -> Matrices:
         """Write the same system in other states, linear combinations of these.
@@ -193,7 +204,7 @@ class Matrices:
         Returns
         -------
         Matrices
-            Without a tangent, and with places of states only where T is a permutation.
+            Without a tangent and the nonlinear model, and with places of states only where T is a permutation.
 
         Raises
         ------
@@ -224,6 +235,7 @@ class Matrices:
             state_units=tuple(units),
             state_positions=self.state_positions[order] if permutation else np.full(n, np.nan),
             tangent=None,
+            nonlinear=None,
         )
 
     def _check_tangent(self, where: str, n_inputs: int) -> None:

@@ -15,15 +15,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from phblocks.export.record import (
-    LABELS,
-    MATRICES,
-    TANGENT_LABELS,
-    TANGENT_MATRICES,
-    TEXTS,
-    VECTORS,
-    Record,
-)
+from phblocks.export.record import ALL_LABELS, ALL_MATRICES, ALL_VECTORS, TEXTS, Record
 from phblocks.triplets import Floats
 
 #: Significant digits that bring every double back to the bit.
@@ -115,9 +107,9 @@ def read(path: Path) -> Record:
     listed = head.get("matrices", {})
     return Record(
         {key: head[key] for key in TEXTS if key in head},
-        {key: head[key] for key in (*LABELS, *TANGENT_LABELS) if key in head},
-        {key: _vector(head[key]) for key in VECTORS if key in head},
-        {key: _matrix(path, listed[key]) for key in (*MATRICES, *TANGENT_MATRICES) if key in listed},
+        {key: head[key] for key in ALL_LABELS if key in head},
+        {key: _vector(head[key]) for key in ALL_VECTORS if key in head},
+        {key: _matrix(path, listed[key]) for key in ALL_MATRICES if key in listed},
     )
 
 

@@ -10,6 +10,8 @@ import scipy.sparse as sp
 
 from phblocks.errors import ExportError
 from phblocks.export.matrices import Matrices, Tangent
+from phblocks.export.nonlinear import LABELS as NAMES
+from phblocks.export.nonlinear import LENGTHS, SHAPES, NonlinearModel, parts_of
 from phblocks.triplets import Floats
 
 #: First field of every file: what it is, and which fields to expect.
@@ -22,6 +24,13 @@ MATRICES = ("E", "J", "R", "Q", "G", "P", "S", "N")
 # Present only together.
 TANGENT_LABELS = ("lin_state_names", "lin_state_units")
 TANGENT_MATRICES = ("A", "B", "C", "D", "E_lin")
+NONLINEAR_LABELS = tuple(f"nl_{key}" for key in NAMES)
+NONLINEAR_VECTORS = tuple(f"nl_{key}" for key in LENGTHS)
+NONLINEAR_MATRICES = tuple(f"nl_{key}" for key in SHAPES)
+#: All there may be.
+ALL_LABELS = (*LABELS, *TANGENT_LABELS, *NONLINEAR_LABELS)
+ALL_VECTORS = (*VECTORS, *NONLINEAR_VECTORS)
+ALL_MATRICES = (*MATRICES, *TANGENT_MATRICES, *NONLINEAR_MATRICES)
 
 
 @dataclass(frozen=True)
@@ -33,11 +42,11 @@ class Record:
     texts : mapping of str to str
         The fields ``TEXTS``.
     labels : mapping of str to tuple of str
-        The fields ``LABELS``, and ``TANGENT_LABELS`` if there is a tangent.
+        The fields ``LABELS``, ``TANGENT_LABELS`` if there is a tangent, ``NONLINEAR_LABELS`` if the nonlinear model.
     vectors : mapping of str to numpy.ndarray
-        The fields ``VECTORS``, each of shape (n,).
+        The fields ``VECTORS``, each of shape (n,), and ``NONLINEAR_VECTORS``.
     matrices : mapping of str to scipy.sparse array
-        The fields ``MATRICES``, and ``TANGENT_MATRICES`` if there is a tangent.
+        The fields ``MATRICES``, and ``TANGENT_MATRICES`` and ``NONLINEAR_MATRICES``.
     """
 
     texts: Mapping[str, str]
@@ -66,7 +75,13 @@ def record_of(matrices: Matrices) -> Record:
     if tangent is not None:
         labels |= {key: getattr(tangent, key.removeprefix("lin_")) for key in TANGENT_LABELS}
         arrays |= {key: getattr(tangent, key.removesuffix("_lin")) for key in TANGENT_MATRICES}
-    return Record(texts, labels, {key: getattr(matrices, key) for key in VECTORS}, arrays)
+    vectors = {key: getattr(matrices, key) for key in VECTORS}
+    if matrices.nonlinear is not None:
+        parts = {f"nl_{key}": value for key, value in parts_of(matrices.nonlinear).items()}
+        labels |= {key: parts[key] for key in NONLINEAR_LABELS}
+        vectors |= {key: parts[key] for key in NONLINEAR_VECTORS}
+        arrays |= {key: parts[key] for key in NONLINEAR_MATRICES}
+    return Record(texts, labels, vectors, arrays)
 
 
 def matrices_of(record: Record, where: str) -> Matrices:
@@ -101,8 +116,9 @@ def matrices_of(record: Record, where: str) -> Matrices:
         )
     fields: dict[str, Any] = {**record.texts, **record.labels, **record.vectors, **record.matrices}
     optional = {*TANGENT_LABELS, *TANGENT_MATRICES}
+    of_motion = {*NONLINEAR_LABELS, *NONLINEAR_VECTORS, *NONLINEAR_MATRICES}
     required = {*TEXTS, *LABELS, *VECTORS, *MATRICES}
-    wanted = required | (optional if optional & fields.keys() else set())
+    wanted = required.union(*(group for group in (optional, of_motion) if group & fields.keys()))
     if missing := sorted(wanted - fields.keys()):
         raise ExportError(where, expected="all fields", got=f"none named {', '.join(missing)}", fix="Export once more.")
     tangent = None
@@ -110,4 +126,5 @@ def matrices_of(record: Record, where: str) -> Matrices:
         arrays = {key.removesuffix("_lin"): fields[key] for key in TANGENT_MATRICES}
         labels = {key.removeprefix("lin_"): fields[key] for key in TANGENT_LABELS}
         tangent = Tangent(**arrays, **labels)
-    return Matrices(**{key: fields[key] for key in required - {"file_format"}}, tangent=tangent)
+    nonlinear = NonlinearModel(**{k[3:]: fields[k] for k in of_motion}) if of_motion <= fields.keys() else None
+    return Matrices(**{key: fields[key] for key in required - {"file_format"}}, tangent=tangent, nonlinear=nonlinear)

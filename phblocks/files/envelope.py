@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phblocks.errors import PhblocksError, ResultFileError
+from phblocks.export.extras import require_extra
 
 #: First line of every file, and the size of the user block.
 MAGIC = b"phblocks run, version 1\n"
@@ -37,16 +38,10 @@ def hdf5() -> ModuleType:
 
     Raises
     ------
-    ResultFileError
+    ExtraMissingError
         If it is not installed.
     """
-    try:
-        import h5py
-    except ImportError as error:
-        raise ResultFileError(
-            "files of results", expected="the package h5py", got=str(error), fix='pip install "phblocks[hdf5]"'
-        ) from error
-    module: ModuleType = h5py
+    module: ModuleType = require_extra("h5py", "hdf5", "files of results")
     return module
 
 

@@ -78,6 +78,7 @@ def in_energy_variables(m: Matrices, names: Sequence[str], units: Sequence[str])
         state_units=tuple(units[i] for i in kept),
         state_positions=m.state_positions[kept],
         tangent=None,
+        nonlinear=None,
     )
 
 

@@ -239,6 +239,7 @@ def small_motions(system: System) -> System:
             exchange=system.connections.exchange.held(system.lines, system.start.theta, system.start.x),
         ),
         point_angles=Angles(sp.csr_array(system.point_angles.rows.shape), fixed),
+        remake=None,
     )
 
 

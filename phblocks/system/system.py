@@ -17,11 +17,11 @@ points.  Everything is linear in them:
 from __future__ import annotations
 
 import os
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,6 +32,8 @@ from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
 from phblocks.errors import UnknownNameError
 from phblocks.export import Matrices, write
+from phblocks.export.pymor import to_pymor
+from phblocks.export.scipy import to_scipy
 from phblocks.modes import Modes, find_modes
 from phblocks.system.angles import Angles
 from phblocks.system.constraints import find_constraints
@@ -39,9 +41,11 @@ from phblocks.system.linearization import Linearization, energy_variables, linea
 from phblocks.system.lines import Lines
 from phblocks.system.matrices import energy_form, matrices_at
 from phblocks.system.modulated import modulated, require_quadratic
+from phblocks.system.nonlinear import nonlinear_model, to_control
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
 from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
+from phblocks.system.symbolic import SymbolicSystem, symbolic
 from phblocks.triplets import Floats, Ints, Triplets
 
 if TYPE_CHECKING:
@@ -109,6 +113,8 @@ class System:
         The causality report the system was assembled from.
     approximations : tuple of Effect
         What was left out on request, by block.
+    remake : callable or None
+        Assembles the same diagram with other values of its parameters, by name.
     """
 
     name: str
@@ -141,6 +147,7 @@ class System:
     sharing: Sharing
     report: object = field(repr=False)
     approximations: tuple[Effect, ...] = ()
+    remake: Callable[[Mapping[str, float]], System] | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         """Count what the system has."""
@@ -641,10 +648,119 @@ class System:
         found = matrices_at(self, state, None if u is None else require_input(self, u, "matrices u"))
         return energy_form(self, found) if energy_variables else found
 
+    def to_control(
+        self, state: State | None = None, u: Floats | None = None, *, nonlinear: bool = False, eliminate: bool = False
+    ) -> Any:
+        """Make a model for python-control, with E inverted and names of letters, digits and underscores.
+
+        Parameters
+        ----------
+        state : State, optional
+            About which it is linear; the initial configuration at rest by default.
+        u : numpy.ndarray, optional
+            Inputs there, shape (n_inputs,); zero by default.
+        nonlinear : bool, optional
+            The equations of motion at all states instead, with energy states and rotation states as states.
+        eliminate : bool, optional
+            Eliminate states without a rate that follow from the others (dampers, internal damping) from the linear
+            model, which is exact; by default they are refused.
+
+        Returns
+        -------
+        control.StateSpace or control.NonlinearIOSystem
+            With the inputs and outputs of the system.
+
+        Raises
+        ------
+        StructureError
+            If E is singular, or states that are to be eliminated do not follow from the others.
+        ExtraMissingError
+            If python-control is not installed.
+        DataError
+            If the state or the input does not fit.
+        """
+        return to_control(self, state, u, nonlinear, eliminate)
+
+    def to_scipy(self, state: State | None = None, u: Floats | None = None, *, eliminate: bool = False) -> Any:
+        """Make a linear model for ``scipy.signal``; see :meth:`to_control`.
+
+        Parameters
+        ----------
+        state : State, optional
+            About which it is linear; the initial configuration at rest by default.
+        u : numpy.ndarray, optional
+            Inputs there, shape (n_inputs,); zero by default.
+        eliminate : bool, optional
+            Eliminate states without a rate that follow from the others.
+
+        Returns
+        -------
+        scipy.signal.StateSpace
+            Inputs and outputs are in the order of :attr:`input_names` and :attr:`output_names`.
+
+        Raises
+        ------
+        StructureError
+            If E is singular, or states that are to be eliminated do not follow from the others.
+        DataError
+            If the state or the input does not fit.
+        """
+        return to_scipy(self.matrices(state, u), eliminate)
+
+    def to_pymor(self, state: State | None = None, *, energy_variables: bool = False) -> Any:
+        """Make a port-Hamiltonian model for pyMOR, whose N has the opposite sign.
+
+        Parameters
+        ----------
+        state : State, optional
+            At which J, R and G are taken; the initial configuration at rest by default.
+        energy_variables : bool, optional
+            See :meth:`matrices`: without states that store no energy, which methods of reduction may not like.
+
+        Returns
+        -------
+        pymor.models.iosys.PHLTIModel
+            Of the matrices at the state; what gravity and turning joints add to the tangent is not in it.
+
+        Raises
+        ------
+        ExtraMissingError
+            If pyMOR is not installed.
+        StructureError
+            As of :meth:`matrices`.
+        DataError
+            If the state does not fit.
+        """
+        return to_pymor(self.matrices(state, energy_variables=energy_variables))
+
+    def symbolic(self) -> SymbolicSystem:
+        """Write a small system in sympy: matrices, Hamiltonian, equations, LaTeX.
+
+        Arguments of blocks that were given as ``ph.Parameter("m", 2.0)`` are symbols in all of them, if the matrices
+        depend on them by powers; other numbers are numbers.
+
+        Returns
+        -------
+        SymbolicSystem
+            The same in symbols.
+
+        Raises
+        ------
+        DataError
+            If there are more than 60 states, or parameters of one name with several values.
+        StructureError
+            If matrices are functions of the user's, an energy is not an expression, or a parameter enters in another
+            way than by powers.
+        """
+        return symbolic(self)
+
     def export(
         self, path: str | os.PathLike[str], state: State | None = None, u: Floats | None = None
     ) -> tuple[Path, ...]:
         """Write E, J, R, Q, G and the tangent A, B, C, D at a state, with all names and units, to a file.
+
+        The equations of motion at all states are in the file too, in constant matrices, unless an energy is not
+        quadratic: that comes with functions of the user's, which have no place in a file of matrices.
 
         Parameters
         ----------
@@ -669,7 +785,8 @@ class System:
         StructureError
             If an energy that is not quadratic has no positive semidefinite Hessian at the state.
         """
-        return write(self.matrices(state, u), path)
+        matrices = self.matrices(state, u)
+        return write(replace(matrices, nonlinear=nonlinear_model(self, state)) if self.quadratic else matrices, path)
 
     def energy(self, x: Floats) -> float:
         """Evaluate the stored energy, without the potential of gravity.

@@ -1,6 +1,7 @@
 """The examples run from the command line, and their numbers are right."""
 
 import importlib.util
+import subprocess
 import sys
 from contextlib import redirect_stdout
 from dataclasses import dataclass
@@ -323,3 +324,53 @@ def test_matrices_in_a_loop(ran):
     assert alone.energy.dissipated[-1] == 0.0
     assert loop.energy.total[-1] < 0.06 * loop.energy.supplied[-1]
     assert f"{poles['diagram'][0].imag:.4f}" in command.printed
+
+
+# Models for other tools
+
+
+def test_standalone_four_bar(ran, fall, tmp_path, monkeypatch):
+    """From the exported file alone: states, angles and places of the run of the library, to 1e-10."""
+    fall.solution.system.export(tmp_path / "four_bar.npz")
+    monkeypatch.chdir(tmp_path)
+    command = ran("standalone_four_bar")
+    t, x, theta, points, stored, work = command.result
+    recording, steps = fall.solution.recording, t.size
+    assert steps == 101 and t[-1] == pytest.approx(2.0)
+    scale = np.sqrt(fall.solution.system.E.diagonal())  # energies, so that forces and velocities count alike
+    expected = recording.x[:steps] * scale
+    assert np.abs(x * scale - expected).max() < 1e-10 * np.abs(expected).max()
+    assert np.abs(theta - recording.theta[:steps]).max() < 1e-10
+    assert np.abs(points - recording.points[:steps]).max() < 1e-10
+    assert np.abs(recording.points[steps - 1] - recording.points[0]).max() > 0.5
+    assert np.abs(stored - work - stored[0]).max() < 1e-10 * fall.start_energy
+    assert "141 states, 100 steps" in command.printed and command.files[0].name == "motion.npz"
+
+
+def test_standalone_four_bar_does_without_the_library(fall, tmp_path):
+    fall.solution.system.export(tmp_path / "f.npz")
+    code = (
+        "import runpy, sys; sys.modules['phblocks'] = None; sys.argv[1:] = ['f.npz', '--t-end', '0.1'];"
+        f"runpy.run_path({str(FOLDER / 'standalone_four_bar.py')!r}, run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "141 states, 5 steps" in done.stdout
+
+
+@pytest.mark.filterwarnings("default")  # those of pyMOR are its own
+def test_reduced_four_bar(ran):
+    """pH-IRKA keeps the structure, and the error falls with the order: measured 3e-1, 4e-2, 9e-3, 2e-3."""
+    pytest.importorskip("pymor")
+    command = ran("reduced_four_bar")
+    result, errors = command.result, [r.error for r in command.result.reductions]
+    assert result.states == 141 and [r.order for r in result.reductions] == [8, 12, 16, 20]
+    assert result.turned == pytest.approx(0.743, abs=2e-3)
+    np.testing.assert_array_less(errors, [0.5, 0.07, 0.02, 0.005])
+    assert errors == sorted(errors, reverse=True)
+    for reduction in result.reductions:
+        assert reduction.skew_defect < 1e-12 and reduction.least_loss > -1e-9
+        assert f"{reduction.error:.1e}" in command.printed
+    # at low frequency all spin as a rigid linkage under drag
+    assert abs(result.reductions[-1].response[0]) == pytest.approx(abs(result.response[0]), rel=5e-3)
+    assert [path.name for path in command.files] == ["reduced_four_bar.png"]

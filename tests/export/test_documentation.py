@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from phblocks.export import write
-from phblocks.export.record import LABELS, MATRICES, TANGENT_LABELS, TANGENT_MATRICES, TEXTS, VECTORS
+from phblocks.export.record import ALL_LABELS, ALL_MATRICES, ALL_VECTORS, TEXTS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "export.md"
 S = 2j * np.pi * 100.0  # the frequency of the examples
@@ -56,7 +56,7 @@ def test_the_chain_of_the_documentation_is_the_published_one(references):
 
 def test_documentation_names_every_field():
     text = DOCS.read_text(encoding="utf-8")
-    for key in (*TEXTS, *LABELS, *VECTORS, *MATRICES, *TANGENT_LABELS, *TANGENT_MATRICES):
+    for key in (*TEXTS, *ALL_LABELS, *ALL_VECTORS, *ALL_MATRICES):
         assert f"`{key}`" in text, key
 
 
@@ -74,3 +74,20 @@ def test_matlab_code_of_the_documentation_in_octave(tmp_path, beam, response):
     assert lines == [
         f"{name} [m/s]: {abs(value):g}" for name, value in zip(beam.output_names, expected[:, 0], strict=True)
     ]
+
+
+@pytest.mark.skipif(OCTAVE is None, reason="Octave is not installed")
+def test_nonlinear_equations_of_the_documentation_in_octave(tmp_path, scenes):
+    """The rates at a state and input are those of the library."""
+    system = scenes["arm"].compile()
+    system.export(tmp_path / "arm.mat")
+    rng = np.random.default_rng(2)
+    x, theta, u = (rng.normal(size=k) for k in (system.n, system.start.theta.size, system.n_inputs))
+    [block] = blocks("octave")
+    given = "; ".join(f"{name} = {vector.tolist()}'" for name, vector in (("x", x), ("th", theta), ("u", u)))
+    code = f"{block}{given}; printf('%.17g\\n', full(rate(x, th, u)))"
+    command = [OCTAVE, "--quiet", "--no-gui", "--norc", "--eval", code]
+    output = subprocess.run(command, cwd=tmp_path, capture_output=True, encoding="utf-8", check=True).stdout
+    found = np.array([float(line) for line in output.split()])
+    expected = system.force(x, theta, u)
+    np.testing.assert_allclose(system.rate_matrix @ found, expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max())

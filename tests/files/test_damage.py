@@ -151,13 +151,13 @@ def test_without_h5py(systems, tmp_path):
     """Asked for in a fresh interpreter that cannot find it; and importing phblocks does not load it."""
     code = (
         "import sys, phblocks as ph; assert 'h5py' not in sys.modules; sys.modules['h5py'] = None\n"
-        "from phblocks.errors import ResultFileError\n"
+        "from phblocks.errors import ExtraMissingError\n"
         "try: ph.read('run.h5')\n"
-        "except ResultFileError as error: print(error)"
+        "except ExtraMissingError as error: print(error)"
     )
     env = os.environ | {"PYTHONPATH": str(Path(ph.__file__).parents[1])}
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env)
-    assert "expected the package h5py" in found.stdout and "phblocks[hdf5]" in found.stdout, found.stderr
+    assert "expected the package 'h5py'" in found.stdout and "phblocks[hdf5]" in found.stdout, found.stderr
 
 
 @pytest.mark.parametrize("suffix", suffixes())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +27,9 @@ from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, Ints, real_array
+
+#: More elements than this are a mistake, and would fill the memory before anybody noticed.
+MOST_ELEMENTS = 1_000_000
 
 
 class Beam(Block):
@@ -174,6 +178,11 @@ class Beam(Block):
             Exposure(load.name, port, gives=False, follows=load.follows, signal=load.force)
             for load, port in zip(self.loads, self._load_ports.values(), strict=True)
         ]
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Those of the constructor that were given; of a nested beam the loads have their longer names."""
+        return {**super().arguments, **({"loads": self.loads} if self.loads else {})}
 
     def prefix(self, prefix: str) -> None:
         """Put a prefix before the name of the beam and those of its loads.
@@ -487,8 +496,13 @@ def _arc_length(curvature: float, chord: float) -> float:
 def _fractions(name: str, elements: int | ArrayLike) -> Floats:
     where = f"Beam {name!r} elements"
     if isinstance(elements, (int, np.integer)) and not isinstance(elements, bool):
-        if elements < 1:
-            raise DataError(where, expected="at least 1", got=repr(elements), fix="Start with 4 elements of degree 2.")
+        if not 1 <= elements <= MOST_ELEMENTS:
+            raise DataError(
+                where,
+                expected=f"at least 1 and at most {MOST_ELEMENTS}",
+                got=repr(elements),
+                fix="Start with 4 elements of degree 2.",
+            )
         return np.linspace(0.0, 1.0, int(elements) + 1)
     fractions = real_array(elements)
     if fractions is None or fractions.ndim == 0:
