@@ -134,6 +134,7 @@ def scenes() -> tuple[Scene, ...]:
                 ),
                 Sweep("GaussLegendre(2)", [{"elements": (2, 1, 1), "degree": 3}], [0.01, 0.005], ph.GaussLegendre(2)),
                 Sweep("GaussLegendre(3)", [{"elements": (2, 1, 1), "degree": 3}], [0.02, 0.01], ph.GaussLegendre(3)),
+                Sweep("GaussLegendre(3)", [{"elements": (1, 1, 1), "degree": 3}], [1 / 120], ph.GaussLegendre(3)),
                 radau({"elements": (1, 1, 1), "degree": 4}, (1e-2, 1e-3, 3e-4)),
             ],
             peer=[
@@ -186,6 +187,8 @@ def scenes() -> tuple[Scene, ...]:
                     ],
                     [0.00125, 0.005, 0.0125, 0.00125, 0.00125],
                 ),
+                Sweep("GaussLegendre(2)", [{"elements": 2, "degree": 4}], [0.04, 1 / 30, 0.025], ph.GaussLegendre(2)),
+                Sweep("GaussLegendre(3)", [{"elements": 2, "degree": 4}], [1 / 15, 0.05, 0.04], ph.GaussLegendre(3)),
                 radau({"elements": 4, "degree": 3}, (1e-2, 1e-3, 1e-4)),
             ],
             peer=[
