@@ -166,7 +166,7 @@ class Recorder:
 
     def __post_init__(self) -> None:
         """Save the start."""
-        self._books, self._expand = _Books(self.system), self.system.sharing.expand
+        self._books, self._expand = _Books.of(self.system), self.system.sharing.expand
         self._x, self._points = self.start.x, self.start.points
         self._stored = self._books.stored(self._expand(self.start.x[None]))
         self._totals = self._books.zero()
@@ -411,6 +411,14 @@ class Recorder:
 
 class _Books:
     """Sums over entries that belong to a block, a kind of energy, a connection or an input."""
+
+    @classmethod
+    def of(cls, system: System) -> _Books:
+        """Make them, or find those that a run before made."""
+        known = system.prepared.get("books")
+        if not isinstance(known, cls):
+            known = system.prepared["books"] = cls(system)
+        return known
 
     def __init__(self, system: System) -> None:
         self.system = system
