@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tqdm import tqdm
 
+from phblocks.blocks.checks import require_real
 from phblocks.errors import ArgumentTypeError, DataError, StructureError
 from phblocks.inputs import Drive, NotFinite
 from phblocks.results.recording import Recorder
@@ -22,7 +23,7 @@ from phblocks.solvers.equal_steps import EqualSteps
 from phblocks.solvers.method import Integrator, Method, Walk
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.schedule import Schedule
-from phblocks.solvers.step import StepFailed
+from phblocks.solvers.step import Step, StepFailed
 from phblocks.system import State, System, consistent_start
 from phblocks.system.states import require_state
 from phblocks.triplets import real_array
@@ -102,6 +103,13 @@ def simulate(
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")
+    if system.n == 0:
+        raise DataError(
+            f"simulate system {system.name!r}",
+            expected="a system with states",
+            got="one without",
+            fix="Add a block that can move or store something.",
+        )
     if method is None:
         method = Midpoint() if system.quadratic else DiscreteGradient()
     if isinstance(method, type) or not isinstance(method, (Method, Integrator)):
@@ -185,6 +193,7 @@ def _run(
     with bar:
         try:
             for step, at, save in walk:
+                _require_finite(step, t)
                 recorder.add(step, at if save else None)
                 iterations.append(step.iterations)
                 lag.append(step.lag)
@@ -199,6 +208,14 @@ def _run(
     if not status.ok:
         recorder.save_last(t)
     return status, iterations, lag
+
+
+def _require_finite(step: Step, t: float) -> None:
+    """End the run before states, or an energy, that are too large for a number."""
+    with np.errstate(all="ignore"):
+        energy = step.x @ step.x
+    if not math.isfinite(energy):
+        raise StepFailed(t, step.dt, "states or their energy are too large for floating-point numbers")
 
 
 def _require_times(times: ArrayLike, t_end: float) -> tuple[float, ...]:
@@ -220,9 +237,8 @@ def _require_times(times: ArrayLike, t_end: float) -> tuple[float, ...]:
 
 
 def _require_time(name: str, value: object, least: float) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise ArgumentTypeError(f"simulate {name}", expected="a number, s", got=repr(value), fix="Give seconds.")
-    enough = float(value) > 0.0 if least == 0.0 else float(value) >= least
-    if not (math.isfinite(float(value)) and enough):
+    number = require_real(f"simulate {name}", value)
+    enough = number > 0.0 if least == 0.0 else number >= least
+    if not (math.isfinite(number) and enough):
         expected = "a time > 0 s" if least == 0.0 else f"at least one step, {least} s"
         raise DataError(f"simulate {name}", expected=expected, got=repr(value), fix="Correct it.")

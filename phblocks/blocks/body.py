@@ -12,7 +12,7 @@ from phblocks.blocks.block import Block, BlockPoint, PortChoice, Replacement, Ri
 from phblocks.blocks.body_form import BodyForm
 from phblocks.blocks.checks import require_point, require_positive, require_real
 from phblocks.blocks.form import FIXED, AngleRows, MaterialPoints, Piece, PortForm, StateRun
-from phblocks.errors import DataError, UnknownNameError
+from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.frames import QUARTER
 from phblocks.ports import Anchor, Port
 from phblocks.space import PLANAR, Space
@@ -79,6 +79,13 @@ class RigidBody(Block):
             raise DataError(f"{where} coordinates", expected='"world" or "body"', got=repr(coordinates), fix="Choose.")
         turn = np.cos(self.angle) * np.eye(2) + np.sin(self.angle) * QUARTER
         levers = {"centre": np.zeros(2)}
+        if anchors is not None and not isinstance(anchors, Mapping):
+            raise ArgumentTypeError(
+                f"{where} anchors",
+                expected="a mapping from names to places",
+                got=repr(anchors),
+                fix='Write for instance {"hook": (1.0, 0.0)}.',
+            )
         for key, place in (anchors or {}).items():
             if key in levers:
                 raise DataError(f"{where} anchors", expected="a name not in use", got=repr(key), fix="Rename it.")

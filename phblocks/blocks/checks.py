@@ -35,7 +35,35 @@ def require_real(where: str, value: object) -> float:
         raise ArgumentTypeError(
             where, expected="a real number", got=type(value).__name__, fix="Give a number in SI units."
         )
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def require_flag(where: str, value: object) -> bool:
+    """Return a truth value if it is one.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : object
+        The candidate.
+
+    Returns
+    -------
+    bool
+        The value.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is anything else.
+    """
+    if not isinstance(value, (bool, np.bool_)):
+        raise ArgumentTypeError(where, expected="True or False", got=repr(value), fix="Give one of them.")
+    return bool(value)
 
 
 def require_finite(where: str, value: object) -> float:
