@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from phblocks.assembly import Outputs, assemble
 from phblocks.blocks.block import Block
-from phblocks.blocks.checks import require_flag
+from phblocks.blocks.checks import is_one_of, require_flag
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
 from phblocks.causality import CausalityReport, assign_causality
@@ -323,7 +323,7 @@ class Diagram:
                 fix="Choose another name.",
             )
         common, summed = port.domain.common.name, port.domain.summed.name
-        if imposes not in (None, common, summed):
+        if not is_one_of(imposes, (None, common, summed)):
             raise DataError(
                 f"expose {port.path}",
                 expected=f'imposes="{summed}" or imposes="{common}"',

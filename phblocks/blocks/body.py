@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from phblocks.blocks.block import Block, BlockPoint, PortChoice, Replacement, Rigid, Tie
 from phblocks.blocks.body_form import BodyForm
-from phblocks.blocks.checks import require_point, require_positive, require_real
+from phblocks.blocks.checks import is_one_of, require_point, require_positive, require_real
 from phblocks.blocks.form import FIXED, AngleRows, MaterialPoints, Piece, PortForm, StateRun
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.frames import QUARTER
@@ -75,7 +75,7 @@ class RigidBody(Block):
         self.angle = require_real(f"{where} angle", angle)
         if not np.isfinite(self.angle):
             raise DataError(f"{where} angle", expected="a finite angle, rad", got=repr(angle), fix="Correct it.")
-        if coordinates not in ("world", "body"):
+        if not is_one_of(coordinates, ("world", "body")):
             raise DataError(f"{where} coordinates", expected='"world" or "body"', got=repr(coordinates), fix="Choose.")
         turn = np.cos(self.angle) * np.eye(2) + np.sin(self.angle) * QUARTER
         levers = {"centre": np.zeros(2)}

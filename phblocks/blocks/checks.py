@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +40,24 @@ def require_real(where: str, value: object) -> float:
         return float(value)
     except OverflowError:
         return math.inf if value > 0 else -math.inf
+
+
+def is_one_of(value: object, options: Sequence[str | None]) -> bool:
+    """Say whether something a user gave is one of some words; arrays and the like are not.
+
+    Parameters
+    ----------
+    value : object
+        The candidate.
+    options : sequence of str or None
+        The words.
+
+    Returns
+    -------
+    bool
+        Whether it is.
+    """
+    return (value is None or isinstance(value, str)) and value in options
 
 
 def require_flag(where: str, value: object) -> bool:

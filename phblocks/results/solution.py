@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from phblocks.blocks.block import Block, BlockPoint
+from phblocks.blocks.checks import is_one_of
 from phblocks.blocks.checks import require_real
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY, History
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
@@ -196,9 +197,9 @@ class Solution:
         history = self._history(part)
         if source is None:
             source = "velocity" if history.points is not None else "strain"
-        if source == "velocity":
+        if is_one_of(source, ("velocity",)):
             return part.form.position(history, place)
-        if source == "strain":
+        if is_one_of(source, ("strain",)):
             base = self._bases.get(part.name)
             if base is None:
                 raise UnknownNameError(
@@ -388,7 +389,7 @@ class Solution:
 
     @staticmethod
     def _require_frame(frame: object) -> None:
-        if frame not in ("fixed", "material"):
+        if not is_one_of(frame, ("fixed", "material")):
             raise DataError("frame", expected='"fixed" or "material"', got=repr(frame), fix="Choose one of them.")
 
     @cached_property

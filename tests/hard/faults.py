@@ -147,11 +147,13 @@ class Program:
                 self.maybe(choose([1, 2])),
                 causality=self.maybe(choose(["auto", "free-free", ("pinned", "free")])),
                 curvature=self.maybe(choose([None, 0.3])),
+                switch_at=self.maybe(0.5),
                 damping=self.maybe(self.attempt("Damping", ph.Damping, size(), internal=size())),
             ),
             "Mass": lambda: self.attempt("Mass", ph.Mass, name(), size(), place()),
             "RigidBody": lambda: self.attempt(
-                "RigidBody", ph.RigidBody, name(), size(), size(), place(), self.maybe({"a": place(), "b": place()})
+                "RigidBody", ph.RigidBody, name(), size(), size(), place(), self.maybe({"a": place(), "b": place()}),
+                coordinates=self.maybe("world"), angle=self.maybe(0.0),
             ),
             "Spring": lambda: self.attempt("Spring", ph.Spring, name(), size(), place(), place()),
             "Damper": lambda: self.attempt("Damper", ph.Damper, name(), size(), place(), place()),
@@ -160,7 +162,7 @@ class Program:
             "Velocity": lambda: self.attempt("Velocity", ph.Velocity, name(), self.maybe((0.1, 0.0))),
             "TorsionSpring": lambda: self.attempt("TorsionSpring", ph.TorsionSpring, name(), size()),
             "Bushing": lambda: self.attempt("Bushing", ph.Bushing, name(), size(), size()),
-            "Slider": lambda: self.attempt("Slider", ph.Slider, name(), self.maybe((1.0, 0.0))),
+            "Slider": lambda: self.attempt("Slider", ph.Slider, name(), self.maybe((1.0, 0.0)), guide=self.maybe("fixed")),
             "RigidJoint": lambda: self.attempt("RigidJoint", ph.RigidJoint, name(), self.maybe(True)),
             "Transformer": lambda: self.attempt(
                 "Transformer", ph.Transformer, name(), size(), self.maybe(ph.ROTATION), self.maybe(ph.ROTATION)
@@ -178,11 +180,22 @@ class Program:
                 ports=self.maybe({"p": self.attempt("SystemPort", ph.SystemPort, ph.ELECTRICAL, [0], "voltage")}),
             ),
         }  # fmt: skip
-        block = kinds[choose(["Beam", "Beam", "Mass", "Spring", *kinds])]()
+        block = kinds[choose([*["Beam", "Beam", "Mass", "RigidBody", "Spring", "Damper"] * 8, *kinds])]()
         if block is not None:
             self.blocks.append(block)
             if self.random.random() < 0.95:
                 self.attempt("add", self.diagrams[-1].add, self.maybe(block))
+
+    def method(self) -> Any:
+        choose = self.random.choice
+        newton = self.attempt("Newton", ph.Newton, self.maybe(1e-15), self.maybe(15))
+        makers: list[Callable[[], Any]] = [
+            lambda: None,
+            lambda: self.attempt("Midpoint", ph.Midpoint, self.maybe(newton), predict=self.maybe(True)),
+            lambda: self.attempt("GaussLegendre", ph.GaussLegendre, self.maybe(2)),
+            lambda: self.attempt("LinearlyImplicit", ph.LinearlyImplicit, corrections=self.maybe(0)),
+        ]
+        return choose(makers)()
 
     def join(self) -> None:
         """Pin, weld, connect, free or expose, with what there is."""
@@ -207,12 +220,29 @@ class Program:
                 a
                 for b in d.network.blocks.values()
                 for a in b.anchors.values()
-                if a.position is not None and np.allclose(a.position, place) and a.translation not in d.network.junction_of
+                if a.position is not None
+                and np.allclose(a.position, place)
+                and a.translation not in d.network.junction_of
             ]
             if place == (0.0, 0.0):
                 anchors.append(d.ground)
+            elif anchors and all(isinstance(a.block, (ph.Spring, ph.Damper)) for a in anchors):
+                mass = self.attempt("Mass", ph.Mass, self.name(), self.size(), place)
+                if mass is not None and self.attempt("add", d.add, mass) is not None:
+                    anchors.append(mass.centre)
             if len(anchors) > 1:
                 self.attempt("pin what meets", d.pin, *anchors)
+
+    def draw(self) -> None:
+        """Blocks, what joins them, and perhaps a diagram in a diagram."""
+        for _ in range(self.random.randrange(2, 7)):
+            self.make()
+        if self.random.random() < 0.9:
+            self.fit()
+        for _ in range(self.random.choice([0, 0, 1, 2, 4])):
+            self.join()
+        if self.random.random() < 0.2:
+            self.nest()
 
     def nest(self) -> None:
         """Put a diagram into another, or into itself."""
@@ -226,7 +256,7 @@ class Program:
         """Compile and simulate, with right and wrong options."""
         d = self.diagrams[-1]
         self.attempt("check", d.check)
-        system = self.attempt("compile", d.compile)
+        system = self.attempt("compile", d.compile, outputs=self.maybe("all"))
         if system is None:
             return
         self.counter["compiled"] += 1
@@ -237,7 +267,7 @@ class Program:
                 x[self.random.randrange(x.size)] = self.random.choice([1.0, math.nan, 1e3, 1e300, math.inf])
             start = self.maybe(ph.State(x, system.start.theta, system.start.points))
         inputs = {}
-        for exposure in system.exposures if hasattr(system, "exposures") else d.network.exposures():
+        for exposure in d.network.exposures():
             two = exposure.port.domain.turns_with == "translation"
             value = self.maybe((0.1, 0.2) if two else 0.1)
             inputs[exposure.name] = self.random.choice([value, lambda t, value=value: value])
@@ -249,6 +279,7 @@ class Program:
             system,
             self.maybe(t_end),
             dt,
+            method=self.maybe(self.method()),
             start=start,
             inputs=self.maybe(inputs),
             save_every=self.maybe(1),
@@ -265,24 +296,21 @@ class Program:
             assert finite, "a number that is not finite in a run that succeeded"
         if self.blocks:
             block = self.random.choice(self.blocks)
-            self.attempt("position", run.position, self.maybe(block), self.maybe(0.5))
-            self.attempt("force", run.force, self.maybe(block), self.maybe(0.5))
+            self.attempt("position", run.position, self.maybe(block), self.maybe(0.5), source=self.maybe("velocity"))
+            self.attempt("force", run.force, self.maybe(block), self.maybe(0.5), frame=self.maybe("fixed"))
 
 
-def play(random: Random, wrong: float, counter: Counter[str]) -> None:
-    """Draw a diagram with some faults in it, and run it."""
+def play(random: Random, wrong: float, counter: Counter[str], diagram: ph.Diagram | None = None) -> None:
+    """Draw a diagram with some faults in it, or take one that was drawn, and run it."""
     program = Program(random, wrong)
     try:
-        for _ in range(random.randrange(2, 7)):
-            program.make()
-        if random.random() < 0.8:
-            program.fit()
-        for _ in range(random.randrange(0, 4)):
-            program.join()
-        if random.random() < 0.2:
-            program.nest()
+        if diagram is None:
+            program.draw()
+        else:
+            program.diagrams = [diagram]
+            program.blocks = list(diagram.network.blocks.values())
         program.run()
     except BaseException:
-        print("\n".join(program.log))
+        print("\n".join(program.log))  # pytest shows it with the failure
         raise
     counter.update(program.counter)

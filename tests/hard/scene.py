@@ -67,6 +67,9 @@ class Scene:
     run: Callable[[], Outcome]
     tier: Tier = "always"
     others: str = ""
+    #: Plain words, where the scene cannot be made to hold: the table says so, and the test holds the run to what is
+    #: promised of every run, a clear status and a balance up to there.
+    open: str = ""
 
 
 def params(scenes: Sequence[Scene]) -> pytest.MarkDecorator:
@@ -81,6 +84,11 @@ def params(scenes: Sequence[Scene]) -> pytest.MarkDecorator:
 def assert_holds(scene: Scene) -> None:
     outcome = scene.run()
     assert outcome.checks
+    if scene.open:
+        for run in outcome.runs:
+            assert run.status.ok or (run.status.name == "step failed" and run.status.time is not None), run.status
+            assert run.max_power_balance_error <= 1e-10 * max(1.0, energy_moved(run))
+        return
     missed = [str(check) for check in outcome.checks if not check.holds]
     assert not missed, missed
 
@@ -95,7 +103,8 @@ def energy_moved(run: ph.Solution) -> float:
     """The energy that is about in a run: the largest that is stored, supplied, or moved by gravity, J."""
     energy = run.energy
     series = [np.ptp(energy.gravity) if name == "gravity" else np.abs(energy[name]).max() for name in energy]
-    return float(max(s for name, s in zip(energy, series, strict=True) if name != "total"))
+    moved = max(s for name, s in zip(energy, series, strict=True) if name != "total")
+    return float(max(moved, np.finfo(float).tiny))
 
 
 def energy_error(run: ph.Solution, bound: float = 1e-10) -> Check:

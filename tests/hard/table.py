@@ -63,7 +63,8 @@ def page(results: dict[str, dict[str, Any]]) -> str:
             if row is None:
                 continue
             machines.add(row["machine"])
-            cells = [row["measured"], str(row["halvings"]), row["newton"], f"{row['seconds']:g}", row["date"]]
+            words = f"{row['measured']}. **Open:** {scene.open}" if scene.open else row["measured"]
+            cells = [words, str(row["halvings"]), row["newton"], f"{row['seconds']:g}", row["date"]]
             rows.append([scene.title, scene.length, *cells])
             if scene.others:
                 others.append(f"Elsewhere ({scene.title}): {scene.others}.")

@@ -50,30 +50,49 @@ def press(t: float) -> tuple[float, float]:
     return 0.0, -LOAD * (0.5 - 0.5 * np.cos(np.pi * min(t, RAMP) / RAMP))
 
 
-def bend(slenderness: float) -> tuple[ph.Solution, float]:
-    """Bend it; return the distance of the tip from the reference after the load was held, relative to the length."""
-    damping = ph.Damping(viscous=4.0, internal=0.02)
-    d = ph.Diagram("elastica")
+def bend(slenderness: float, internal: float = 0.0, max_halvings: int = 12) -> Outcome:
+    """Bend it; the distance of the tip from the reference after the load was held."""
     s = section(slenderness)
+    damping = ph.Damping(viscous=4.0, internal=internal)
+    d = ph.Diagram("elastica")
     beam = d.add(ph.Beam("beam", s, (0.0, 0.0), (1.0, 0.0), elements=8, degree=3, damping=damping))
     d.weld(beam.start, d.ground)
     d.expose(beam.end.translation, "load")
-    run = ph.simulate(d.compile(), END, 0.1, inputs={"load": press})
+    run = ph.simulate(d.compile(), END, 0.1, inputs={"load": press}, max_halvings=max_halvings)
     tip = run.position(beam, 1.0, source="strain")[-1]
-    return run, float(np.hypot(*(tip - reference(s.axial, float(np.min(s.shear))))))
+    error = float(np.hypot(*(tip - reference(s.axial, float(np.min(s.shear))))))
+    # the same bound for all: the error does not depend on the slenderness
+    return Outcome([finished(run), Check("tip from the elastica / L", error, 1e-7), energy_error(run)], [run])
 
 
-def one(slenderness: float) -> Outcome:
-    run, error = bend(slenderness)
-    return Outcome([finished(run), Check("tip from the elastica / L", error, 1e-6), energy_error(run)], [run])
+def inextensible() -> Outcome:
+    """A compliance of exactly zero: is such a section accepted?"""
+    try:
+        ph.Section(axial=np.inf, shear=np.inf, bending=1.0, mass=1.0, rotary=1e-12)
+    except ph.errors.DataError:
+        return Outcome([Check("sections of no compliance that were refused", 1.0, 0)])
+    return Outcome([Check("sections of no compliance that were refused", 0.0, 0)])
 
 
-def compare() -> Outcome:
-    runs, errors = zip(*(bend(slenderness) for slenderness in (1e1, 1e2, 1e3, 1e4, 1e5, 1e6)), strict=True)
-    return Outcome([finished(*runs), Check("error spread over all slendernesses / L", np.ptp(errors), 1e-6)], runs)
-
-
-SCENES = [Scene(f"slenderness {s:g}, EA/EI = {12 * s * s:.2g} m^-2", "280 steps", partial(one, s)) for s in 10.0 ** np.arange(1, 7)]
+INTERNAL = (
+    "Newton's stopping test misses round-off: the viscous stresses, states without energy, are so much larger than what "
+    "carries energy that their round-off never gets small against it; the run ends with a status"
+)
+SCENES = [
+    *(
+        Scene(f"slenderness {s:g}, EA/EI = {12 * s * s:.2g} m^-2, drag", "280 steps", partial(bend, s))
+        for s in (1e1, 1e2, 1e3, 1e4, 1e5, 1e6)
+    ),
+    *(
+        Scene(f"slenderness {s:g}, drag and internal damping", "280 steps", partial(bend, s, 0.02))
+        for s in (1e1, 1e2, 1e3, 1e4)
+    ),
+    *(
+        Scene(f"slenderness {s:g}, drag and internal damping", "280 steps", partial(bend, s, 0.02, 2), open=INTERNAL)
+        for s in (1e5, 1e6)
+    ),
+    Scene("compliance exactly 0", "none", inextensible, open="a section takes finite stiffnesses only; 1e13 is taken"),
+]
 
 
 @params(SCENES)

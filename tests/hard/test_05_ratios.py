@@ -14,7 +14,16 @@ def diagram() -> ph.Diagram:
     """A beam pinned to the ground carries a grain and, by a hard and a soft spring, a heavy mass and another grain."""
     bar = ph.Section.rectangle(0.05, 0.05, young=2.1e11, poisson=0.3, density=2710.0)
     d = ph.Diagram("ratios", gravity=(0.0, -9.81))
-    beam = d.add(ph.Beam("beam", bar, (0.0, 0.0), (2.002, 0.0), elements=(0.0, 1.0 / 2.002, 1.001 / 2.002, 1.002 / 2.002, 1.0), degree=2))
+    beam = d.add(
+        ph.Beam(
+            "beam",
+            bar,
+            (0.0, 0.0),
+            (2.002, 0.0),
+            elements=(0.0, 1.0 / 2.002, 1.001 / 2.002, 1.002 / 2.002, 1.0),
+            degree=2,
+        )
+    )
     grain = d.add(ph.Mass("grain", 1e-4, (2.002, 0.0)))
     heavy = d.add(ph.Mass("heavy", 1e4, (3.002, 0.0)))
     far = d.add(ph.Mass("far grain", 1e-4, (3.002, -1.0)))

@@ -66,7 +66,11 @@ def turn(step: float, turns: float, save: int) -> Outcome:
             finished(run),
             Check("gap of the two positions / L, over (omega dt)^2 / 24", float(gap) / (step**2 / 24.0), 2.2),
             Check("frequency, relative", float(np.abs(turned - told)[1:].max() / told[-1]), 1e-4),
-            Check("radius from strain, over the extension", float(np.abs(radius).max() / (extended(omega, LENGTH) - LENGTH)), 0.05),
+            Check(
+                "radius from strain, over the extension",
+                float(np.abs(radius).max() / (extended(omega, LENGTH) - LENGTH)),
+                0.05,
+            ),
             energy_error(run),
         ],
         [run],

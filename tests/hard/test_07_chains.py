@@ -69,7 +69,15 @@ def fall(links: int, dt: float, t_end: float) -> Outcome:
         [
             finished(run),
             Check("tip's fall over a free fall", ahead, 1.05, least=True),
-            Check("speed of the tip over that of free fall from its height", float(np.linalg.norm(run.velocity(f"link {links - 1}", 1.0), axis=1).max() / np.sqrt(2 * GRAVITY * drop.max())), 1.1, least=True),
+            Check(
+                "speed of the tip over that of free fall from its height",
+                float(
+                    np.linalg.norm(run.velocity(f"link {links - 1}", 1.0), axis=1).max()
+                    / np.sqrt(2 * GRAVITY * drop.max())
+                ),
+                1.1,
+                least=True,
+            ),
             energy_error(run),
             Check("residual of any accepted step, relative", max(method.residuals), 1e-11),
         ],
@@ -85,7 +93,13 @@ def whip(pieces: int, dt: float, t_end: float) -> Outcome:
     for i in range(pieces):
         radius = 0.01 * (1.0 - 0.9 * i / (pieces - 1))
         area = np.pi * radius**2
-        section = ph.Section(axial=1e8 * area, shear=3e7 * area, bending=1e7 * area * radius**2 / 4, mass=1e3 * area, rotary=1e3 * area * radius**2 / 4)
+        section = ph.Section(
+            axial=1e8 * area,
+            shear=3e7 * area,
+            bending=1e7 * area * radius**2 / 4,
+            mass=1e3 * area,
+            rotary=1e3 * area * radius**2 / 4,
+        )
         piece = d.add(ph.Beam(f"piece {i}", section, (at[i], 0.0), (at[i + 1], 0.0), elements=2, degree=2))
         if last is None:
             d.pin(piece.start, d.ground)

@@ -83,7 +83,11 @@ def caught(t_end: float) -> Outcome:
     return Outcome(
         [
             finished(before, after),
-            Check("energy lost from a quarter, relative", abs(after.statistics.start_energy_change / (-kinetic / 4) - 1.0), 1e-12),
+            Check(
+                "energy lost from a quarter, relative",
+                abs(after.statistics.start_energy_change / (-kinetic / 4) - 1.0),
+                1e-12,
+            ),
             Check("multipliers' second difference / size", alternation(after), 0.1),
             energy_error(after),
         ],

@@ -46,7 +46,11 @@ def small(dt: float, steps: int) -> Outcome:
         [
             finished(run, coarse),
             Check("states from those of a step 20 times as long, in the energy norm", float(size), 1e-6),
-            Check("energy, over the 392 J that the mechanism can fall", float(np.abs(total - total[0]).max()) / 392.0, 1e-13),
+            Check(
+                "energy, over the 392 J that the mechanism can fall",
+                float(np.abs(total - total[0]).max()) / 392.0,
+                1e-13,
+            ),
         ],
         [run, coarse],
     )

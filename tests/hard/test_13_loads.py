@@ -88,7 +88,11 @@ def apart() -> Outcome:
     scale = energy_moved(together)
     assert scale > 0.0
     return Outcome(
-        [finished(together, *runs), Check("tips from those of each alone, m", float(error), 1e-11), energy_error(together)],
+        [
+            finished(together, *runs),
+            Check("tips from those of each alone, m", float(error), 1e-11),
+            energy_error(together),
+        ],
         [together],
     )
 

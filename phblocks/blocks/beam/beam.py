@@ -23,6 +23,9 @@ from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR, Space
 from phblocks.triplets import Floats, real_array
 
+#: More elements in one beam are taken for a mistake.
+MOST_ELEMENTS = 10**7
+
 
 class Beam(Block):
     """Geometrically exact beam, straight or initially circular, in mixed finite elements.
@@ -403,6 +406,8 @@ def _fractions(name: str, elements: int | ArrayLike) -> Floats:
     if isinstance(elements, (int, np.integer)) and not isinstance(elements, bool):
         if elements < 1:
             raise DataError(where, expected="at least 1", got=repr(elements), fix="Start with 4 elements of degree 2.")
+        if elements > MOST_ELEMENTS:
+            raise DataError(where, expected=f"at most {MOST_ELEMENTS:g}", got=repr(elements), fix="Use fewer.")
         return np.linspace(0.0, 1.0, int(elements) + 1)
     fractions = real_array(elements)
     if fractions is None or fractions.ndim == 0:
