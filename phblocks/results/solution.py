@@ -10,8 +10,7 @@ from typing import Literal
 import numpy as np
 
 from phblocks.blocks.block import Block, BlockPoint
-from phblocks.blocks.checks import is_one_of
-from phblocks.blocks.checks import require_real
+from phblocks.blocks.checks import is_one_of, require_real
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY, History
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
 from phblocks.frames import rotate

@@ -87,7 +87,7 @@ def turn_rigid(dt: float, turns: float) -> Outcome:
 TURN = 2.0 * np.pi
 SCENES = [
     Scene("E = 2.1e9 Pa, 1 rad/s, dt = 0.01 s", "2 turns", partial(turn, 2.1e9, 1.0, 0.01, 2.0)),
-    Scene("E = 2.1e11 Pa, 1 rad/s, dt = 0.01 s", "2 turns", partial(turn, 2.1e11, 1.0, 0.01, 2.0)),
+    Scene("E = 2.1e11 Pa, 1 rad/s, dt = 0.01 s", "2 turns", partial(turn, 2.1e11, 1.0, 0.01, 2.0), tier="slow"),
     Scene("E = 2.1e11 Pa, a turn a second, dt = 0.005 s", "3 turns", partial(turn, 2.1e11, TURN, 0.005, 3.0)),
     Scene(
         "E = 2.1e11 Pa, a turn a second, dt = 0.005 s",

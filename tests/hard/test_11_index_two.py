@@ -75,7 +75,7 @@ def caught(t_end: float) -> Outcome:
     place = before.position(body, (0.0, 0.0))[-1]
     velocity = before.velocity(body, (0.0, 0.0))[-1]
     held = ph.Diagram("caught", gravity=(0.0, -9.81))
-    same = rod(held, "rod", tuple(place - (0.5, 0.0)), tuple(place + (0.5, 0.0)))
+    same = rod(held, "rod", (place[0] - 0.5, place[1]), (place[0] + 0.5, place[1]))
     held.pin(same["start"], held.ground, multiplier=True)
     system = held.compile()
     after = ph.simulate(system, t_end, 0.005, start=system.rigid_motion(velocity))

@@ -99,7 +99,12 @@ def apart() -> Outcome:
 
 SCENES = [
     *(
-        Scene(f"{signal.__name__} of the load, {type(method).__name__}", "500 steps", partial(load, signal, method))
+        Scene(
+            f"{signal.__name__} of the load, {type(method).__name__}",
+            "500 steps",
+            partial(load, signal, method),
+            tier="always" if isinstance(method, ph.Midpoint) else "slow",
+        )
         for signal in (switch, jump, spike)
         for method in (ph.Midpoint(), ph.GaussLegendre(2))
     ),
