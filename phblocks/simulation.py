@@ -240,6 +240,8 @@ def _require_times(times: ArrayLike, t_end: float) -> tuple[float, ...]:
 
 
 def _require_time(name: str, value: object, least: float) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise ArgumentTypeError(f"simulate {name}", expected="a number, s", got=repr(value), fix="Give seconds.")
     number = require_real(f"simulate {name}", value)
     enough = number > 0.0 if least == 0.0 else number >= least
     if not (math.isfinite(number) and enough):

@@ -162,7 +162,9 @@ class Program:
             "Velocity": lambda: self.attempt("Velocity", ph.Velocity, name(), self.maybe((0.1, 0.0))),
             "TorsionSpring": lambda: self.attempt("TorsionSpring", ph.TorsionSpring, name(), size()),
             "Bushing": lambda: self.attempt("Bushing", ph.Bushing, name(), size(), size()),
-            "Slider": lambda: self.attempt("Slider", ph.Slider, name(), self.maybe((1.0, 0.0)), guide=self.maybe("fixed")),
+            "Slider": lambda: self.attempt(
+                "Slider", ph.Slider, name(), self.maybe((1.0, 0.0)), guide=self.maybe("fixed")
+            ),
             "RigidJoint": lambda: self.attempt("RigidJoint", ph.RigidJoint, name(), self.maybe(True)),
             "Transformer": lambda: self.attempt(
                 "Transformer", ph.Transformer, name(), size(), self.maybe(ph.ROTATION), self.maybe(ph.ROTATION)
