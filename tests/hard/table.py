@@ -98,6 +98,7 @@ def main() -> None:
     parser.add_argument("--full", action="store_true", help="the scenes of full length too")
     parser.add_argument("--case", type=int, help="one case only")
     parser.add_argument("--scene", default="", help="only scenes whose title or length has this text")
+    parser.add_argument("--missing", action="store_true", help="only scenes that were not measured yet")
     parser.add_argument("--forget", action="store_true", help="run nothing, drop the rows of scenes that are no more")
     arguments = parser.parse_args()
     if arguments.forget:
@@ -108,6 +109,7 @@ def main() -> None:
             print(f"{number}. {title}")
         for scene in scenes:
             wanted = arguments.case in (None, number) and arguments.scene in f"{scene.title}, {scene.length}"
+            wanted = wanted and not (arguments.missing and key(number, scene) in read())
             if wanted and (arguments.full or scene.tier != "full"):
                 row = measure(scene)
                 print(f"  {scene.title}, {scene.length}: {row['measured']} [{row['seconds']} s]", flush=True)

@@ -41,10 +41,10 @@ def grow(kind: str, small: int, large: int, most: float) -> Outcome:
 
 
 SCENES = [
-    Scene("one beam", "1e3 to 5e3 elements, 2 steps", partial(grow, "beam", 1000, 5000, 400.0)),
-    Scene("masses and springs", "1e3 to 3e3 blocks, 2 steps", partial(grow, "chain", 1000, 3000, 250.0)),
+    Scene("one beam", "1e3 to 5e3 elements, 2 steps", partial(grow, "beam", 1000, 5000, 500.0)),
+    Scene("masses and springs", "1e3 to 3e3 blocks, 2 steps", partial(grow, "chain", 1000, 3000, 500.0)),
     Scene("one beam", "1e4 to 1e5 elements, 2 steps", partial(grow, "beam", 10**4, 10**5, 4000.0), tier="slow"),
-    Scene("masses and springs", "1e3 to 1e4 blocks, 2 steps", partial(grow, "chain", 10**3, 10**4, 500.0), tier="slow"),
+    Scene("masses and springs", "1e3 to 1e4 blocks, 2 steps", partial(grow, "chain", 10**3, 10**4, 800.0), tier="slow"),
 ]
 
 
