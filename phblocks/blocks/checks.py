@@ -164,7 +164,8 @@ def require_positive(where: str, value: object) -> float:
         If it is not finite and positive.
     """
     number = require_real(where, value)
-    if not (math.isfinite(number) and number > 0.0):
+    # the inverse of the smallest numbers is infinite: a mass of 5e-324 kg is none
+    if not (math.isfinite(number) and number > 0.0 and math.isfinite(1.0 / number)):
         raise DataError(where, expected="a finite number > 0", got=repr(value), fix="Give a value in SI units.")
     return number
 
