@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from phblocks.approximation import Requested, require_request
 from phblocks.assembly import Outputs, assemble, revalued
 from phblocks.blocks.block import Block
+from phblocks.blocks.checks import is_one_of, require_flag
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
 from phblocks.causality import CausalityReport, assign_causality
@@ -169,7 +170,7 @@ class Diagram:
             If one of them is not an anchor.
         """
         self._require_together("pin", anchors)
-        if multiplier:
+        if require_flag("pin multiplier", multiplier):
             self._hold("pin", anchors, turns=True)
         else:
             self._join("pin", [anchor.translation for anchor in anchors])
@@ -207,7 +208,7 @@ class Diagram:
                     fix="Use pin(), or a RigidBody instead of a point mass.",
                 )
         self._require_unused([port for anchor in anchors for port in anchor.ports])
-        if multiplier:
+        if require_flag("weld multiplier", multiplier):
             self._hold("weld", anchors, turns=False)
             return
         self._join("weld", [anchor.translation for anchor in anchors])
@@ -237,7 +238,7 @@ class Diagram:
         GapError
             If ports of translation are not in the same place and ``apart`` is not set.
         """
-        self._join("connect", ports, apart)
+        self._join("connect", ports, require_flag("connect apart", apart))
 
     def free(self, *places: Anchor | Port) -> None:
         """Declare that nothing is joined to ports, now or later: force and moment are zero there.
@@ -341,7 +342,7 @@ class Diagram:
                 fix="Choose another name.",
             )
         common, summed = port.domain.common.name, port.domain.summed.name
-        if imposes not in (None, common, summed):
+        if not is_one_of(imposes, (None, common, summed)):
             raise DataError(
                 f"expose {port.path}",
                 expected=f'imposes="{summed}" or imposes="{common}"',
@@ -570,9 +571,7 @@ class Diagram:
     def _require_unused(self, ports: Sequence[Port]) -> None:
         used = self.network.junction_of
         for i, port in enumerate(ports):
-            if port.block.shared:
-                continue
-            if port in ports[:i] or port in used:
+            if port in ports[:i] or (port in used and not port.block.shared):
                 raise PortInUseError(
                     port.path,
                     expected="a port that is not joined yet",

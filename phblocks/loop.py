@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -186,6 +187,7 @@ class Run:
         with bar:
             try:
                 for step, at, save in steps:
+                    _require_finite(step, self.t)
                     self.recorder.add(step, at if save else None)
                     bar.update(at - self.t)
                     self.t = at
@@ -262,6 +264,14 @@ class Run:
 
     def _statistics(self, steps: Mapping[str, Floats]) -> Statistics:
         return Statistics(**self._totals(), **{name: steps[name] for name in STEPS})  # type: ignore[arg-type]
+
+
+def _require_finite(step: Step, t: float) -> None:
+    """End the run before states, or an energy, that are too large for a number."""
+    with np.errstate(all="ignore"):
+        energy = step.x @ step.x
+    if not math.isfinite(energy):
+        raise StepFailed(t, step.dt, "states or their energy are too large for floating-point numbers")
 
 
 class _NotWritten(Exception):

@@ -11,6 +11,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phblocks.blocks.checks import require_real
 from phblocks.effects.justification import require_slow, warn_of_turns, watched
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.files.journal import Journal
@@ -117,6 +118,13 @@ def simulate(
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")
+    if system.n == 0:
+        raise DataError(
+            f"simulate system {system.name!r}",
+            expected="a system with states",
+            got="one without",
+            fix="Add a block that can move or store something.",
+        )
     if method is None:
         method = Midpoint() if system.quadratic else DiscreteGradient()
     if isinstance(method, type) or not isinstance(method, (Method, Integrator)):
@@ -202,7 +210,8 @@ def _require_times(times: ArrayLike, t_end: float) -> tuple[float, ...]:
 def _require_time(name: str, value: object, least: float) -> None:
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ArgumentTypeError(f"simulate {name}", expected="a number, s", got=repr(value), fix="Give seconds.")
-    enough = float(value) > 0.0 if least == 0.0 else float(value) >= least
-    if not (math.isfinite(float(value)) and enough):
+    number = require_real(f"simulate {name}", value)
+    enough = number > 0.0 if least == 0.0 else number >= least
+    if not (math.isfinite(number) and enough):
         expected = "a time > 0 s" if least == 0.0 else f"at least one step, {least} s"
         raise DataError(f"simulate {name}", expected=expected, got=repr(value), fix="Correct it.")

@@ -389,3 +389,27 @@ def test_one_source_shakes_both_feet(bar):
     np.testing.assert_allclose(places[1] - places[0], [[1.0, 0.0]] * len(solution.t), atol=1e-9)
     assert places[0][-1, 0] == pytest.approx(0.01 * (1.0 - math.cos(4.0)) / 20.0, rel=1e-2)
     assert solution.max_power_balance_error < 1e-9
+
+
+def test_the_ground_joined_to_itself_is_refused():
+    d = ph.Diagram("ground")
+    d.add(ph.Mass("mass", 1.0, (0.0, 0.0)))
+    with pytest.raises(ph.errors.PortInUseError, match="twice"):
+        d.pin(d.ground, d.ground)
+    with pytest.raises(ph.errors.PortInUseError, match="twice"):
+        d.connect(d.ground.rotation, d.ground.rotation)
+
+
+@pytest.mark.parametrize("flag", [1.0, "yes", np.zeros((0, 2)), None])
+def test_flags_are_truth_values(flag):
+    d = ph.Diagram("flags")
+    mass = d.add(ph.Mass("mass", 1.0, (0.0, 0.0)))
+    for join in (
+        lambda: d.pin(mass.centre, d.ground, multiplier=flag),
+        lambda: d.connect(mass.centre.translation, d.ground.translation, apart=flag),
+        lambda: ph.RigidJoint("joint", flag),
+        lambda: ph.Force("force", (1.0, 0.0), follows=flag),
+        lambda: ph.LineLoad("load", (1.0, 0.0), follows=flag),
+    ):
+        with pytest.raises(ph.errors.ArgumentTypeError, match="True or False"):
+            join()

@@ -342,3 +342,40 @@ def test_what_was_saved_before_a_failure_is_kept(system, longest, monkeypatch):
 def test_a_progress_bar_only_if_asked_for(system, capsys):
     run(system, progress=False)
     assert capsys.readouterr().err == ""
+
+
+def test_a_system_without_states_is_refused():
+    d = ph.Diagram("nothing that moves")
+    force = d.add(ph.Force("push", (1.0, 0.0)))
+    d.connect(force.port, d.ground.translation)
+    with pytest.raises(ph.PhblocksError):
+        ph.simulate(d.compile(), 1.0, 0.1)
+
+
+def test_a_start_whose_energy_is_no_number_is_refused():
+    """1e300 m/s is a number, half its square is not."""
+    d = ph.Diagram("fast")
+    d.add(ph.Mass("mass", 1.0, (0.0, 0.0)))
+    system = d.compile()
+    with pytest.raises(ph.errors.DataError, match="finite energy"):
+        ph.simulate(system, 1.0, 0.1, start=system.rigid_motion((1e300, 0.0)))
+
+
+def test_an_energy_that_grows_past_all_numbers_ends_the_run():
+    """2e153 N give 1 kg some 1.3e154 m/s in 6.7 s: the square of that is no number any more."""
+    d = ph.Diagram("fast")
+    mass = d.add(ph.Mass("mass", 1.0, (0.0, 0.0)))
+    force = d.add(ph.Force("force", (2e153, 0.0)))
+    d.connect(mass.centre.translation, force.port)
+    run = ph.simulate(d.compile(), 10.0, 0.1)
+    assert run.status.name == "step failed" and 6.0 < run.status.time < 7.0
+    assert "too large" in run.status.text
+    assert np.isfinite(run.x).all() and np.isfinite(run.energy.total).all()
+
+
+@pytest.mark.parametrize(("t_end", "dt"), [(10**400, 0.1), (1.0, 10**400)])
+def test_whole_numbers_too_large_for_floats(t_end, dt):
+    d = ph.Diagram("mass")
+    d.add(ph.Mass("mass", 1.0, (0.0, 0.0)))
+    with pytest.raises(ph.errors.DataError):
+        ph.simulate(d.compile(), t_end, dt)

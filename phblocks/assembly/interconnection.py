@@ -18,6 +18,7 @@ from phblocks.assembly.layout import Layout, lay_out
 from phblocks.assembly.sharing import share
 from phblocks.assembly.sites import find_sites
 from phblocks.assembly.structure import check_structure
+from phblocks.blocks.checks import is_one_of
 from phblocks.blocks.form import AngleRows
 from phblocks.causality import CausalityReport
 from phblocks.errors import DataError
@@ -87,7 +88,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     GapError
         If what is joined to a block is not in the place that the block was given.
     """
-    if outputs not in ("all", None):
+    if not is_one_of(outputs, ("all", None)):
         raise DataError("compile outputs", expected='"all" or None', got=repr(outputs), fix='Use outputs="all".')
     layout = lay_out(network, report)
     joints = _Entries()

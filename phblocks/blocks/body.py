@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from phblocks.approximation import Approximation, require_approximation
 from phblocks.blocks.block import Block, BlockPoint, PortChoice, Replacement, Rigid, Tie
 from phblocks.blocks.body_form import BodyForm
-from phblocks.blocks.checks import require_point, require_positive, require_real
+from phblocks.blocks.checks import is_one_of, require_point, require_positive, require_real
 from phblocks.blocks.form import FIXED, AngleRows, MaterialPoints, Piece, PortForm, StateRun
-from phblocks.errors import DataError, UnknownNameError
+from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.frames import QUARTER
 from phblocks.ports import Anchor, Port
 from phblocks.space import PLANAR, Space
@@ -80,10 +80,17 @@ class RigidBody(Block):
         self.angle = require_real(f"{where} angle", angle)
         if not np.isfinite(self.angle):
             raise DataError(f"{where} angle", expected="a finite angle, rad", got=repr(angle), fix="Correct it.")
-        if coordinates not in ("world", "body"):
+        if not is_one_of(coordinates, ("world", "body")):
             raise DataError(f"{where} coordinates", expected='"world" or "body"', got=repr(coordinates), fix="Choose.")
         turn = np.cos(self.angle) * np.eye(2) + np.sin(self.angle) * QUARTER
         levers = {"centre": np.zeros(2)}
+        if anchors is not None and not isinstance(anchors, Mapping):
+            raise ArgumentTypeError(
+                f"{where} anchors",
+                expected="a mapping from names to places",
+                got=repr(anchors),
+                fix='Write for instance {"hook": (1.0, 0.0)}.',
+            )
         for key, place in (anchors or {}).items():
             if key in levers:
                 raise DataError(f"{where} anchors", expected="a name not in use", got=repr(key), fix="Rename it.")

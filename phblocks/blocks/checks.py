@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,7 +36,53 @@ def require_real(where: str, value: object) -> float:
         raise ArgumentTypeError(
             where, expected="a real number", got=type(value).__name__, fix="Give a number in SI units."
         )
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def is_one_of(value: object, options: Sequence[str | None]) -> bool:
+    """Say whether something a user gave is one of some words; arrays and the like are not.
+
+    Parameters
+    ----------
+    value : object
+        The candidate.
+    options : sequence of str or None
+        The words.
+
+    Returns
+    -------
+    bool
+        Whether it is.
+    """
+    return (value is None or isinstance(value, str)) and value in options
+
+
+def require_flag(where: str, value: object) -> bool:
+    """Return a truth value if it is one.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : object
+        The candidate.
+
+    Returns
+    -------
+    bool
+        The value.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is anything else.
+    """
+    if not isinstance(value, (bool, np.bool_)):
+        raise ArgumentTypeError(where, expected="True or False", got=repr(value), fix="Give one of them.")
+    return bool(value)
 
 
 def require_finite(where: str, value: object) -> float:
@@ -117,7 +164,8 @@ def require_positive(where: str, value: object) -> float:
         If it is not finite and positive.
     """
     number = require_real(where, value)
-    if not (math.isfinite(number) and number > 0.0):
+    # the inverse of the smallest numbers is infinite: a mass of 5e-324 kg is none
+    if not (math.isfinite(number) and number > 0.0 and math.isfinite(1.0 / number)):
         raise DataError(where, expected="a finite number > 0", got=repr(value), fix="Give a value in SI units.")
     return number
 

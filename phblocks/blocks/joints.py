@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phblocks.blocks.branch import Lumped, entries, lumped_form, state
-from phblocks.blocks.checks import require_direction, require_point
+from phblocks.blocks.checks import is_one_of, require_direction, require_flag, require_point
 from phblocks.blocks.form import CONFIGURATION, Form, Piece, PortForm
 from phblocks.blocks.hold import Hold
 from phblocks.errors import DataError
@@ -96,7 +96,7 @@ class RigidJoint(_Joint):
     """
 
     def __init__(self, name: str, turns: bool = True) -> None:
-        super().__init__(name, np.eye(2), turns)
+        super().__init__(name, np.eye(2), require_flag(f"RigidJoint {name!r} turns", turns))
 
 
 class Slider(_Joint):
@@ -155,7 +155,7 @@ class Slider(_Joint):
         end: ArrayLike | None = None,
     ) -> None:
         self._along = require_direction(f"Slider {name!r} direction", direction)
-        if guide not in ("fixed", "first"):
+        if not is_one_of(guide, ("fixed", "first")):
             raise DataError(
                 f"Slider {name!r} guide", expected='"fixed" or "first"', got=repr(guide), fix="Choose one of them."
             )

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phblocks.blocks.branch import Lumped
+from phblocks.blocks.checks import require_flag
 from phblocks.blocks.circuit import require_scalar_domain
 from phblocks.blocks.form import Form, PortForm
 from phblocks.errors import ArgumentTypeError, DataError
@@ -31,7 +32,7 @@ class _Source(Lumped):
     def __init__(self, name: str, domain: Domain, signal: Signal, follows: bool = False) -> None:
         super().__init__(name)
         self.signal = signal if callable(signal) else self._constant(domain, signal)
-        self.follows = bool(follows)
+        self.follows = require_flag(f"{type(self).__name__} {name!r} follows", follows)
         self.port = self._add_port("port", domain)
 
     def _constant(self, domain: Domain, value: ArrayLike) -> ArrayLike:

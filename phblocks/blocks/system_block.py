@@ -55,6 +55,13 @@ class Typed(Lumped):
         self._where = f"{type(self).__name__} {name!r}"
 
     def _make_ports(self, ports: Mapping[str, SystemPort] | None, m: int) -> None:
+        if ports is not None and not isinstance(ports, Mapping):
+            raise ArgumentTypeError(
+                f"{self._where} ports",
+                expected="a mapping from names to ph.SystemPort(...)",
+                got=repr(ports),
+                fix='Write for instance {"shaft": ph.SystemPort(ph.ROTATION, [0], "moment")}.',
+            )
         self.typing = dict(ports or {})
         used: list[int] = []
         for name, port in self.typing.items():

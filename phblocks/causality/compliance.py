@@ -201,11 +201,15 @@ def suggest_stiffness(network: Network, forms: Forms, meeting: Meeting, known: C
     Returns
     -------
     Suggestion or None
-        With the highest frequency added, of the parts free otherwise; ``None`` if one of them has no inertia.
+        With the highest frequency added, of the parts free otherwise; ``None`` if one of them has no inertia,
+        or so little that its inverse is no number.
     """
     sides = [meeting.ports_of(p) for p in meeting.others]
     still = meeting.ports_of(meeting.hub)  # none of the outside, which does not give way
     compliance = _compliance(network, forms.coarsest, still, sides)
+    meshed = _compliance(network, forms.meshed, still, sides)
+    if not (np.isfinite(compliance).all() and np.isfinite(meshed).all()):
+        return None
     first = len(sides[0][0].domain.components(network.space))
     one = compliance[: len(compliance) // len(sides), : len(compliance) // len(sides)]
     slow = float(np.linalg.eigvalsh(one[:first, :first])[0])
@@ -223,7 +227,7 @@ def suggest_stiffness(network: Network, forms: Forms, meeting: Meeting, known: C
     domains = {port.domain for ports in sides for port in ports}
     target = DECADE * max(fastest_beside(network, forms, blocks, known, domains), SCALE)
     stiffness = _rounded(target**2 / values[0])
-    tops, directions = np.linalg.eigh(root[:, None] * _compliance(network, forms.meshed, still, sides) * root)
+    tops, directions = np.linalg.eigh(root[:, None] * meshed * root)
     impulses = np.split(root * directions[:, -1], len(sides))
     moved = [(still, -np.sum(impulses, axis=0))] if still else []
     moved += zip(sides, impulses, strict=True)

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from phblocks.blocks.block import Block, BlockPoint
-from phblocks.blocks.checks import require_real
+from phblocks.blocks.checks import is_one_of, require_real
 from phblocks.blocks.form import History, Profile
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
 from phblocks.frames import rotate
@@ -131,9 +131,9 @@ class Solution(Readings):
         history = self._history(part)
         if source is None:
             source = "velocity" if history.points is not None else "strain"
-        if source == "velocity":
+        if is_one_of(source, ("velocity",)):
             return part.form.position(history, place)
-        if source == "strain":
+        if is_one_of(source, ("strain",)):
             base = self._bases.get(part.name)
             if base is None:
                 raise UnknownNameError(
@@ -391,7 +391,7 @@ class Solution(Readings):
 
     @staticmethod
     def _require_frame(frame: object) -> None:
-        if frame not in ("fixed", "material"):
+        if not is_one_of(frame, ("fixed", "material")):
             raise DataError("frame", expected='"fixed" or "material"', got=repr(frame), fix="Choose one of them.")
 
     @cached_property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phblocks.blocks.checks import require_flag as require_flag
 from phblocks.errors import ArgumentTypeError, MethodError
 from phblocks.solvers.newton import Newton
 from phblocks.system import System
@@ -26,25 +27,6 @@ def require_newton(where: str, newton: object) -> None:
         raise ArgumentTypeError(
             f"{where} newton", expected="options of Newton's method", got=repr(newton), fix="Use ph.Newton()."
         )
-
-
-def require_flag(where: str, value: object) -> None:
-    """Check that this is a truth value.
-
-    Parameters
-    ----------
-    where : str
-        The option.
-    value : object
-        What was given.
-
-    Raises
-    ------
-    ArgumentTypeError
-        If it is not.
-    """
-    if not isinstance(value, bool):
-        raise ArgumentTypeError(where, expected="True or False", got=repr(value), fix="Give one of them.")
 
 
 def require_quadratic(where: str, system: System, otherwise: str = "") -> None:

@@ -64,7 +64,7 @@ class ScipyIVP:
 
     def __post_init__(self) -> None:
         """Check the options."""
-        if self.method not in METHODS:
+        if not isinstance(self.method, str) or self.method not in METHODS:
             raise DataError(
                 "ScipyIVP method", expected=f"one of {', '.join(METHODS)}", got=repr(self.method), fix='Use "Radau".'
             )

@@ -97,7 +97,7 @@ def require_state(system: System, state: State, where: str) -> State:
     ArgumentTypeError
         If it is not a state, or not of numbers.
     DataError
-        If an array has the wrong shape or a value is not finite.
+        If an array has the wrong shape, or a value or the energy is not finite.
     """
     if not isinstance(state, State):
         raise ArgumentTypeError(where, expected="a State", got=type(state).__name__, fix="Make a ph.State.")
@@ -120,6 +120,15 @@ def require_state(system: System, state: State, where: str) -> State:
                 fix="Start from system.start and change what differs.",
             )
         arrays.append(value)
+    with np.errstate(all="ignore"):
+        energy = arrays[0] @ (system.E @ arrays[0])
+    if not np.isfinite(energy):
+        raise DataError(
+            f"{where}.x",
+            expected="a state with a finite energy",
+            got="one whose energy is too large for floating-point numbers",
+            fix="Correct its largest value.",
+        )
     return State(*arrays)
 
 

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+import phblocks as ph
 from phblocks import Beam, Section
 from phblocks.blocks.beam.ends import ENDS
 from phblocks.errors import ArgumentTypeError, DataError
@@ -242,3 +243,15 @@ def test_one_element_cannot_switch():
     assert make(elements=1, causality="pinned-pinned").elements == 1
     with pytest.raises(DataError, match=r"Beam 'b' causality.*equal ends for a beam of one element.*at least two"):
         make(elements=1, causality="pinned-free")
+
+
+def test_more_elements_than_memory_are_refused():
+    section = ph.Section(axial=1.0, shear=1.0, bending=1.0, mass=1.0, rotary=1.0)
+    with pytest.raises(ph.errors.DataError, match="at most"):
+        ph.Beam("beam", section, (0.0, 0.0), (1.0, 0.0), elements=10**12)
+
+
+def test_causality_of_another_kind():
+    section = ph.Section(axial=1.0, shear=1.0, bending=1.0, mass=1.0, rotary=1.0)
+    with pytest.raises(ph.errors.ArgumentTypeError):
+        ph.Beam("beam", section, (0.0, 0.0), (1.0, 0.0), elements=2, causality=np.array([1.0, 2.0]))

@@ -56,3 +56,15 @@ def test_a_free_length_may_be_zero_and_not_negative():
     assert ph.Spring("s", 1.0, (0.0, 0.0), (1.0, 0.0), free_length=0).free_length == 0.0
     with pytest.raises(ph.errors.DataError, match="free_length: expected a finite number >= 0"):
         ph.Spring("s", 1.0, (0.0, 0.0), (1.0, 0.0), free_length=-1)
+
+
+@pytest.mark.parametrize("anchors", [[1.0, 2.0], 3.0, lambda: None])
+def test_anchors_that_are_no_mapping(anchors):
+    with pytest.raises(ph.errors.ArgumentTypeError, match="mapping"):
+        ph.RigidBody("body", 1.0, 1.0, (0.0, 0.0), anchors)
+
+
+def test_inertia_without_an_inverse_is_refused():
+    """1 / 5e-324 is infinite: it went as far as the eigenvalues of a repair."""
+    with pytest.raises(ph.errors.DataError):
+        ph.RigidBody("body", 1.0, 5e-324, (0.0, 0.0))

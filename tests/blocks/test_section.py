@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import phblocks as ph
 from phblocks import Section
 from phblocks.blocks.beam.section import require_positive, require_real
 from phblocks.errors import ArgumentTypeError, DataError
@@ -148,3 +149,15 @@ def test_a_section_cannot_be_changed():
     section = Section(**GOOD)
     with pytest.raises(AttributeError):
         section.axial = -1.0
+
+
+@pytest.mark.parametrize("size", [1e300, 1e-300, 10**400])
+def test_dimensions_whose_fourth_power_is_no_number(size):
+    """Once an OverflowError of Python, or a stiffness of zero."""
+    for make in (
+        lambda: ph.Section.rectangle(size, 0.1, 2.1e11, 0.3, 7850.0),
+        lambda: ph.Section.rectangle(0.1, size, 2.1e11, 0.3, 7850.0),
+        lambda: ph.Section.circle(size, 2.1e11, 0.3, 7850.0),
+    ):
+        with pytest.raises(ph.errors.DataError):
+            make()

@@ -179,3 +179,9 @@ def test_a_state_without_energy_of_the_users_own():
     solution = ph.simulate(d.compile(), t_end=1.0, dt=0.5)
     assert solution.state("r.x0[0]")[-1] == pytest.approx(2.0)
     assert solution.energy.dissipated[-1] == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize("ports", [[1.0], 5.0, np.array(1.0)])
+def test_ports_that_are_no_mapping(ports):
+    with pytest.raises(ph.errors.ArgumentTypeError, match="mapping"):
+        ph.SystemBlock("block", J=[[0.0, 1.0], [-1.0, 0.0]], G=[[1.0], [0.0]], ports=ports)

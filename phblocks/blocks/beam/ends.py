@@ -53,7 +53,7 @@ def parse_causality(where: str, causality: object) -> tuple[End, End] | None:
     ArgumentTypeError
         If it is neither a text nor a pair of texts.
     """
-    if causality == "auto":
+    if isinstance(causality, str) and causality == "auto":
         return None
     names = tuple(causality.split("-")) if isinstance(causality, str) else causality
     if not isinstance(names, (tuple, list)) or not all(isinstance(n, str) for n in names):

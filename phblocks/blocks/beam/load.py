@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from phblocks.blocks.checks import require_flag
 from phblocks.blocks.form import FIXED, AngleRows, MaterialPoints, Piece
 from phblocks.blocks.sources import Signal
 from phblocks.errors import ArgumentTypeError, DataError, DuplicateNameError
@@ -55,6 +56,7 @@ class LineLoad:
                 got=repr(self.name),
                 fix="Choose another.",
             )
+        require_flag(f"LineLoad {self.name!r} follows", self.follows)
         if callable(self.force):
             return
         where, expected = f"LineLoad {self.name!r}", "two numbers, or a function of time"

@@ -12,6 +12,9 @@ from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.space import SPATIAL, Space
 from phblocks.triplets import Floats
 
+#: Of a dimension, m.
+SMALLEST = 1e-30
+
 Pair = float | tuple[float, float]
 
 
@@ -139,7 +142,7 @@ class Section:
         DataError
             If a value is out of its range.
         """
-        b, h = require_positive("Section width", width), require_positive("Section height", height)
+        b, h = _dimension("width", width), _dimension("height", height)
         long, short = max(b, h), min(b, h)
         twist = long * short**3 * (1.0 / 3.0 - 0.21 * short / long * (1.0 - (short / long) ** 4 / 12.0))
         return cls._isotropic(
@@ -181,7 +184,7 @@ class Section:
         DataError
             If a value is out of its range.
         """
-        r = require_positive("Section radius", radius)
+        r = _dimension("radius", radius)
         second = math.pi * r**4 / 4.0
         return cls._isotropic(
             math.pi * r**2,
@@ -230,7 +233,7 @@ class Section:
         DataError
             If a value is out of its range.
         """
-        outer = require_positive("Section radius", radius)
+        outer = _dimension("radius", radius)
         inner = outer - require_positive("Section thickness", thickness)
         if inner <= 0.0:
             raise DataError(
@@ -281,6 +284,19 @@ class Section:
         torsion = math.inf if self.torsion is None else self.torsion
         inertia = [self.mass, self.mass, self.mass, polar, i2, i3]
         return np.array(inertia + [1.0 / k for k in (self.axial, s2, s3, torsion, b2, b3)])
+
+
+def _dimension(name: str, value: object) -> float:
+    """Check a width or the like: its fourth power must still be a number."""
+    size = require_positive(f"Section {name}", value)
+    if not SMALLEST <= size <= 1.0 / SMALLEST:
+        raise DataError(
+            f"Section {name}",
+            expected=f"between {SMALLEST:g} m and {1.0 / SMALLEST:g} m",
+            got=repr(value),
+            fix="Give a value in m.",
+        )
+    return size
 
 
 def _pair(name: str, value: object) -> tuple[float, float]:
