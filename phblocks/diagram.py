@@ -9,7 +9,7 @@ import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.assembly import Outputs, assemble
+from phblocks.assembly import Effects, Outputs, assemble
 from phblocks.blocks.block import Block
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
@@ -348,7 +348,7 @@ class Diagram:
         """
         return assign_causality(self.network)
 
-    def compile(self, outputs: Outputs = "all") -> System:
+    def compile(self, outputs: Outputs = "all", effects: Effects = "auto") -> System:
         """Assemble the diagram.
 
         Parameters
@@ -356,6 +356,11 @@ class Diagram:
         outputs : {"all", None}, optional
             "all" keeps orientations and positions of all blocks for reading; ``None`` keeps only what the
             physics needs (orientations where frames turn against each other, positions where gravity acts).
+        effects : {"auto", "all"}, optional
+            "auto" leaves out what is proven to stay zero, whatever happens to what is exposed: components of fields
+            that nothing excites, angles that nothing turns. ``system.effects`` says what and why. "all" computes
+            everything, as for a start that moves something else, or modes that nothing excites. A diagram that
+            nothing excites is computed as a whole.
 
         Returns
         -------
@@ -381,7 +386,7 @@ class Diagram:
             )
         report = self.check()
         report.raise_if_impossible()
-        return assemble(self.network, report, outputs)
+        return assemble(self.network, report, outputs, effects)
 
     def _nest(self, inner: Diagram, name: str) -> Nested:
         where = f"add diagram {name!r} to {self.name!r}"

@@ -152,6 +152,12 @@ class MethodError(PhblocksError, ValueError):
     code = "PH402"
 
 
+class PrunedError(PhblocksError, ValueError):
+    """A start or an input moves what the compilation proved to stay zero, and left out."""
+
+    code = "PH403"
+
+
 class ExportError(PhblocksError, ValueError):
     """A file cannot be written or read."""
 

@@ -47,6 +47,8 @@ class Drive:
         If a value has the wrong shape, or an imposed velocity is missing.
     ArgumentTypeError
         If the signals are not a mapping, or a value is not numbers.
+    PrunedError
+        If an input is not zero that was taken to be.
     """
 
     def __init__(self, system: System, signals: Mapping[str, Any]) -> None:
@@ -57,7 +59,8 @@ class Drive:
                 got=repr(signals),
                 fix='Write for instance inputs={"tip": (0.0, -1.0)}.',
             )
-        self._n = system.n_inputs
+        self._n, self._system = system.n_inputs, system
+        self._quiet = bool(system.pruning.quiet.size)
         spans: dict[str, list[int]] = {}
         for i, entry in enumerate(system.inputs):
             spans.setdefault(entry.exposure, []).append(i)
@@ -92,6 +95,7 @@ class Drive:
                     got="none",
                     fix="Give a constant or a function of time; 0.0 holds it.",
                 )
+        system.pruning.require_quiet(system, self._constant, "simulate inputs")
         if self._signals:
             self.at([0.0], check_only=True)
 
@@ -116,6 +120,8 @@ class Drive:
             If a signal gives a value of the wrong shape.
         ArgumentTypeError
             If a signal gives something else than numbers.
+        PrunedError
+            If it is not zero where that was taken for granted.
         NotFinite
             If a signal gives a value that is not finite.
         """
@@ -123,6 +129,8 @@ class Drive:
         for name, signal, span in self._signals:
             for i, t in enumerate(times):
                 u[i, span] = self._value(name, signal(t), len(span), t)
+                if self._quiet:
+                    self._system.pruning.require_quiet(self._system, u[i], f"simulate inputs at t = {t:g} s")
                 if not check_only and not np.isfinite(u[i, span]).all():
                     raise NotFinite(t, name)
         return u

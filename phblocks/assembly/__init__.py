@@ -1,5 +1,5 @@
 """From a network and its causality to one system: layout, interconnection, verification of the structure."""
 
-from phblocks.assembly.interconnection import Outputs, assemble
+from phblocks.assembly.interconnection import Effects, Outputs, assemble
 
-__all__ = ["Outputs", "assemble"]
+__all__ = ["Effects", "Outputs", "assemble"]

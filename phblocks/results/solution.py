@@ -403,7 +403,7 @@ class Solution:
         return history_of(self.system, self.recording, part)
 
     def _require_angles(self, part: Part) -> None:
-        if (part.theta < 0).any():
+        if not part.angles_known:
             raise UnknownNameError(
                 f"orientation of {part.name!r}",
                 expected="a system that keeps orientations",

@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY
 from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
+from phblocks.effects import EffectsReport
 from phblocks.errors import UnknownNameError
 from phblocks.export import Matrices, write
 from phblocks.modes import Modes, find_modes
@@ -39,6 +40,7 @@ from phblocks.system.lines import Lines
 from phblocks.system.matrices import energy_form, matrices_at
 from phblocks.system.modulated import modulated, require_quadratic
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
+from phblocks.system.pruning import Pruning
 from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.triplets import Floats, Ints, Triplets
@@ -103,6 +105,10 @@ class System:
         The states that blocks share.
     report : object
         The causality report the system was assembled from.
+    pruning : Pruning
+        What is left out of the states, and what that rests on.
+    effects : EffectsReport
+        Every effect with what became of it: kept, pruned with the proof, or approximated.
     """
 
     name: str
@@ -134,6 +140,8 @@ class System:
     start: State
     sharing: Sharing
     report: object = field(repr=False)
+    pruning: Pruning
+    effects: EffectsReport
 
     def __repr__(self) -> str:
         """Count what the system has."""
@@ -202,7 +210,7 @@ class System:
         return tuple(
             p.form.storage.shifted(int(place(np.array(p.states.start))))
             for p in self.parts
-            if p.form.storage is not None
+            if p.form.storage is not None and self.computes(p)
         )
 
     @cached_property
@@ -212,8 +220,28 @@ class System:
         return tuple(
             p.form.modulation.shifted(int(place(np.array(p.states.start))))
             for p in self.parts
-            if p.form.modulation is not None
+            if p.form.modulation is not None and self.computes(p)
         )
+
+    def computes(self, part: Part) -> bool:
+        """Tell whether all of a block is computed, nothing of it being left out.
+
+        Parameters
+        ----------
+        part : Part
+            The block.
+
+        Returns
+        -------
+        bool
+            False if some of its coordinates stay what they are.
+        """
+        return bool(np.isin(np.arange(part.states.start, part.states.stop), self._computed).all())
+
+    @cached_property
+    def _computed(self) -> Ints:
+        """The coordinates that follow from states."""
+        return np.flatnonzero(np.diff(self.sharing.expansion.indptr))
 
     @cached_property
     def R(self) -> sp.csr_array:

@@ -1,0 +1,64 @@
+"""The material points of all blocks: where gravity acts and positions are known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from phblocks.assembly.layout import Layout
+from phblocks.blocks.form import AngleRows
+from phblocks.frames import QUARTER, rotate
+from phblocks.triplets import Floats, Triplets
+
+
+@dataclass(frozen=True)
+class Points:
+    """The material points of all blocks, stacked."""
+
+    mass: Floats
+    velocity: Triplets
+    angle: AngleRows
+    start: Floats
+    of_block: dict[str, slice]
+
+    @classmethod
+    def of(cls, layout: Layout, names: Iterable[str] | None = None) -> Points:
+        d = layout.network.space.dimension
+        mass, velocity, rows, reference, start = [np.empty(0)], [], [], [np.empty(0)], [np.empty((0, d))]
+        of_block: dict[str, slice] = {}
+        count = 0
+        for name in layout.forms if names is None else names:
+            points = layout.forms[name].points
+            if points is None:
+                continue
+            of_block[name] = slice(count, count + points.mass.size)
+            mass.append(points.mass)
+            velocity.append(points.velocity.shifted(count * d, layout.first_state[name]))
+            row, place = points.angle.rows.indices
+            place = layout.theta_same[layout.first_theta[name] + place]
+            rows.append(Triplets((row + count, place), points.angle.rows.values))
+            reference.append(points.angle.reference)
+            start.append(points.start)
+            count += points.mass.size
+        angle = AngleRows(Triplets.join(rows), np.concatenate(reference))
+        return cls(np.concatenate(mass), Triplets.join(velocity), angle, np.concatenate(start), of_block)
+
+    def weight(self, gravity: Floats, first_angle: int, n_angles: int) -> Triplets:
+        """Entries of K_g: mass times Lambda^T g at each point, as a force on the states."""
+        row, state = self.velocity.indices
+        point, component = row // gravity.size, row % gravity.size
+        value = self.velocity.values * self.mass[point]
+        turning = np.isin(point, self.angle.rows.indices[0])
+        if not turning.all():
+            still = ~turning
+            fixed = rotate(-self.angle.reference[point[still]], gravity)[np.arange(still.sum()), component[still]]
+            parts = [Triplets.of(state[still], 0, values=value[still] * fixed)]
+            point, component, state = point[turning], component[turning], state[turning]
+            value = value[turning]
+        else:
+            parts = []
+        cos = Triplets.of(state, 1 + first_angle + point, values=value * gravity[component])
+        sin = Triplets.of(state, 1 + n_angles + first_angle + point, values=value * (QUARTER.T @ gravity)[component])
+        return Triplets.join([*parts, cos, sin])
