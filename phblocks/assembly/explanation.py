@@ -66,8 +66,13 @@ def describe(
             reason = needs if tracked else "no gravity and no output needs them"
             yield Effect(name, "positions", "kept" if tracked else "pruned", form.points.start.size, reason)
     reason = "no product of two quantities that differ from zero is left, and nothing turns: the matrices are constant"
-    yield Effect("", "nonlinearity", "pruned" if linear else "kept", 0,
-                 reason if linear else "products of quantities that differ from zero, or frames that turn, are left")
+    yield Effect(
+        "",
+        "nonlinearity",
+        "pruned" if linear else "kept",
+        0,
+        reason if linear else "products of quantities that differ from zero, or frames that turn, are left",
+    )
 
 
 class _Proof:

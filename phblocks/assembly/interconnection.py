@@ -51,9 +51,7 @@ Outputs = Literal["all"] | None
 Effects = Literal["auto", "all"]
 
 
-def assemble(
-    network: Network, report: CausalityReport, outputs: Outputs = "all", effects: Effects = "auto"
-) -> System:
+def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all", effects: Effects = "auto") -> System:
     """Assemble a network.
 
     Parameters

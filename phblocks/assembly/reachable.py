@@ -318,8 +318,9 @@ def _add_directions(scene: _Scene, joints: Entries, first_frame: int, first_dire
     if not count:
         return np.zeros(0, dtype=bool)
     spans = np.array([layout.first_state[name] + line.span for name, f in layout.forms.items() for line in f.lines])
-    values = np.array([f.start[line.span : line.span + 2] for f in layout.forms.values() for line in f.lines
-                       if f.start is not None])
+    values = np.array(
+        [f.start[line.span : line.span + 2] for f in layout.forms.values() for line in f.lines if f.start is not None]
+    )
     line = np.array([line for line, _ in joints.directions])
     angle = np.array([turn.reference for _, turn in joints.directions])
     cos, sin = np.cos(angle), np.sin(angle)
@@ -336,9 +337,7 @@ def _add_directions(scene: _Scene, joints: Entries, first_frame: int, first_dire
     return np.asarray(start.ravel())
 
 
-def _add_weight(
-    scene: _Scene, points: Points, gravity: Floats, weight: int, first_weight: int, theta: Ints
-) -> None:
+def _add_weight(scene: _Scene, points: Points, gravity: Floats, weight: int, first_weight: int, theta: Ints) -> None:
     """Gravity acts along the material directions that it has at the start, and along all once they turn."""
     block = np.repeat(np.arange(len(points.of_block)), [s.stop - s.start for s in points.of_block.values()])
     point, place = points.angle.rows.indices

@@ -113,8 +113,10 @@ class PatternBuilder:
         Pattern
             Ready for :func:`reach`.
         """
-        edges, products = (np.concatenate([np.empty((k, 0), dtype=np.int64), *parts], axis=1)
-                           for k, parts in ((2, self._edges), (3, self._products)))
+        edges, products = (
+            np.concatenate([np.empty((k, 0), dtype=np.int64), *parts], axis=1)
+            for k, parts in ((2, self._edges), (3, self._products))
+        )
         return Pattern(self.size, edges, products)
 
 

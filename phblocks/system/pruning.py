@@ -121,6 +121,34 @@ class Pruning:
         result[self.rotations[~gone]] = theta[~gone]
         return result
 
+    def require_none(self, system: System, where: str) -> None:
+        """Check that no state is left out.
+
+        Parameters
+        ----------
+        system : System
+            The system.
+        where : str
+            What needs them all, for the message.
+
+        Raises
+        ------
+        PrunedError
+            Naming the blocks and fields that are left out.
+        """
+        gone = self.coordinates[self.states < 0]
+        if not gone.size:
+            return
+        runs = [(part, run) for part in system.parts for run in part.form.runs]
+        number = np.repeat(np.arange(len(runs)), [run.positions.size for _, run in runs])
+        names = [f"{runs[i][1].field} of {runs[i][0].name!r}" for i in np.unique(number[gone])]
+        raise PrunedError(
+            where,
+            expected="all states, also those that nothing excites",
+            got=f"a system without {', '.join(names[:6])}" + (", ..." if len(names) > 6 else ""),
+            fix='Compile with effects="all".',
+        )
+
     def require_held(self, system: System, x: Floats, where: str) -> None:
         """Check that the configuration is where its directions were taken to be constant.
 

@@ -517,6 +517,9 @@ class System:
     def linearize(self, state: State | None = None, u: Floats | None = None) -> Linearization:
         """Linearise the equations of motion about a state.
 
+        From inputs to outputs it is that of the whole diagram. States that nothing excites and that are left out
+        (``system.effects``) are not among its states, so that motions of their own, stable or not, are not either.
+
         Parameters
         ----------
         state : State, optional
@@ -577,7 +580,10 @@ class System:
         ------
         DataError
             If n is not a positive integer, or a state or input does not fit.
+        PrunedError
+            If states were left out because nothing excites them: their modes would be missing.
         """
+        self.pruning.require_none(self, f"modes of system {self.name!r}")
         linear = self.linearize(state, u)
         if self.quadratic:
             return find_modes(linear.E, linear.A, n)
