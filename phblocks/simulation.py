@@ -99,6 +99,8 @@ def simulate(
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError
         If the method does not keep the energy of the system.
+    PrunedError
+        If the start or an input moves what the system leaves out (``system.effects``).
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")

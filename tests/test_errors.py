@@ -26,6 +26,7 @@ KINDS = {
     "UndeterminedError": (ValueError, "PH307"),
     "StructureError": (ValueError, "PH401"),
     "MethodError": (ValueError, "PH402"),
+    "PrunedError": (ValueError, "PH403"),
     "ExportError": (ValueError, "PH501"),
     "StudyError": (RuntimeError, "PH601"),
     "UnreachedError": (ValueError, "PH602"),

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phblocks.frames import Turn
 from phblocks.ports import Port
-from phblocks.triplets import Ints, Triplets
+from phblocks.triplets import Triplets
 
 
 @dataclass
@@ -19,6 +17,19 @@ class Entries:
 
     Preliminary numbers of features: 0 is the constant, 1 + 2m is cos alpha_m, 2 + 2m is sin alpha_m, and negative
     ones are directions.
+
+    Parameters
+    ----------
+    turns : list of Turn
+        The angles alpha_m.
+    directions : list of (int, Turn)
+        Line and frame of each direction.
+    K, K_u, kinematics, kinematics_u : list of Triplets
+        What becomes of the matrices of the system with these names, in coordinates of blocks.
+    pairs : list of (Port, Port)
+        The giving and the taking port of each connection.
+    flows : list of list of Triplets
+        The entries that carry power across each.
     """
 
     turns: list[Turn] = field(default_factory=list)

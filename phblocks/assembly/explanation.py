@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Literal
 
 from phblocks.assembly.layout import Layout
 from phblocks.assembly.pruning import Kept
@@ -59,7 +61,7 @@ def describe(
                 reason = f"its angular velocity stays zero; {gone}"
             elif (places == DROPPED).all():
                 reason = "no joint, load, gravity or output needs it"
-            status = "kept" if (places >= 0).any() else "pruned"
+            status: Literal["kept", "pruned"] = "kept" if (places >= 0).any() else "pruned"
             yield Effect(name, "orientation", status, form.rotation_states.size, reason)
         if form.points is not None:
             tracked = name in positions
@@ -101,7 +103,7 @@ class _Proof:
             return "its value at the start is asked for"
         path = reach.reached.path(node)
         words = []
-        for here, before in zip(path, path[1:], strict=False):
+        for here, before in pairwise(path):
             other = None if (before, here) in self._edges else self._factor.get((before, here))
             factor = "" if other is None else f" (times {reach.names(other)})"
             if before in path[-1:] and before in reach.excited:

@@ -15,7 +15,21 @@ from phblocks.triplets import Floats, Triplets
 
 @dataclass(frozen=True)
 class Points:
-    """The material points of all blocks, stacked."""
+    """The material points of all blocks, stacked.
+
+    Parameters
+    ----------
+    mass : numpy.ndarray
+        Shape (points,), kg.
+    velocity : Triplets
+        Shape (points * dimension, coordinates of all blocks).
+    angle : AngleRows
+        Orientation of each point, in rotation states of the layout.
+    start : numpy.ndarray
+        Shape (points, dimension), m.
+    of_block : dict of str to slice
+        The points of each block.
+    """
 
     mass: Floats
     velocity: Triplets
@@ -25,6 +39,20 @@ class Points:
 
     @classmethod
     def of(cls, layout: Layout, names: Iterable[str] | None = None) -> Points:
+        """Stack the points of blocks.
+
+        Parameters
+        ----------
+        layout : Layout
+            Numbering and orientations.
+        names : iterable of str, optional
+            Of the blocks; all by default.
+
+        Returns
+        -------
+        Points
+            In the order of the blocks.
+        """
         d = layout.network.space.dimension
         mass, velocity, rows, reference, start = [np.empty(0)], [], [], [np.empty(0)], [np.empty((0, d))]
         of_block: dict[str, slice] = {}
@@ -46,7 +74,22 @@ class Points:
         return cls(np.concatenate(mass), Triplets.join(velocity), angle, np.concatenate(start), of_block)
 
     def weight(self, gravity: Floats, first_angle: int, n_angles: int) -> Triplets:
-        """Entries of K_g: mass times Lambda^T g at each point, as a force on the states."""
+        """List the entries of K_g: mass times Lambda^T g at each point, as a force on the states.
+
+        Parameters
+        ----------
+        gravity : numpy.ndarray
+            Acceleration, shape (dimension,), m/s^2.
+        first_angle : int
+            Place of the angle of the first point among all angles.
+        n_angles : int
+            Number of all angles.
+
+        Returns
+        -------
+        Triplets
+            Shape (states, features).
+        """
         row, state = self.velocity.indices
         point, component = row // gravity.size, row % gravity.size
         value = self.velocity.values * self.mass[point]

@@ -115,8 +115,11 @@ class Kept:
             "kinematics_u": (Triplets.join(joints.kinematics_u, order=3), (0,)),
         }
         if self.reach is None:
-            whole = {name: [entries] for name, (entries, _) in given.items()}
-            return replace(joints, flows=[[flows]], **whole), number
+            K, K_u, rates, rates_u = ([entries] for entries, _ in given.values())
+            return (
+                Entries(joints.turns, joints.directions, K, K_u, rates, rates_u, joints.pairs, [[flows]]),
+                number,
+            )
         left = {name: self.entries(entries, axes, joints.turns)[0] for name, (entries, axes) in given.items()}
         flows, kept = self.entries(flows, (0, 1), joints.turns)
         used = np.concatenate([entries.indices[2] for entries in (*left.values(), flows)])

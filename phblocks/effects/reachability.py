@@ -41,7 +41,13 @@ class Pattern:
 
 @dataclass
 class PatternBuilder:
-    """Collects a pattern; the same place may be named many times."""
+    """Collects a pattern; the same place may be named many times.
+
+    Parameters
+    ----------
+    size : int, optional
+        Number of nodes so far.
+    """
 
     size: int = 0
     _edges: list[Ints] = field(default_factory=list)
@@ -92,7 +98,7 @@ class PatternBuilder:
         entries : Triplets
             Of order two or three; the first axis counts rows. Zeros do not act.
         component : numpy.ndarray
-            Node of each column, ascending within 0 and its largest value.
+            Node of each column.
         targets : numpy.ndarray, optional
             Node of each row; the same by default.
         """

@@ -47,6 +47,8 @@ def rigid_motion(
         If an argument is of the wrong kind.
     UnknownNameError
         If there is no such block.
+    PrunedError
+        If it moves what is left out (``system.effects``).
     """
     v, c, w = (
         _require(f"rigid_motion {name}", value, shape)
@@ -63,8 +65,7 @@ def rigid_motion(
     x = system.sharing.expand(system.start.x).copy()
     for part in system.parts if blocks is None else [system.part(name) for name in blocks]:
         x[part.states] += part.form.moving(v, float(w), c)
-    where = "rigid_motion"
-    states = system.pruning.restricted(system, x[system.pruning.coordinates], where)
+    states = system.pruning.restricted(system, x[system.pruning.coordinates], "rigid_motion")
     return State(states, system.start.theta, system.start.points)
 
 

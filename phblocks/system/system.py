@@ -622,6 +622,8 @@ class System:
             If a value is not finite or has the wrong shape.
         UnknownNameError
             If there is no such block.
+        PrunedError
+            If it moves what is left out (``system.effects``).
         """
         return rigid_motion(self, velocity, spin, about, blocks)
 

@@ -1,5 +1,6 @@
 """system.effects: what it says, selection, and that it survives a worker process."""
 
+import itertools
 import pickle
 
 import pytest
@@ -18,7 +19,7 @@ def test_the_proof_names_pattern_and_excitation():
 
 
 def test_a_product_names_its_other_factor():
-    d, bar = pulled(force=(0.0, 1.0))
+    d, _ = pulled(force=(0.0, 1.0))
     (n1,) = d.compile().effects.select(block="bar", name="N1")
     assert n1.reason.endswith("<- force 'F.y' (constant)") and "(times " in n1.reason
 
@@ -51,10 +52,9 @@ def test_it_can_be_sent_to_a_worker():
 
 def test_long_ways_are_shortened():
     d = ph.Diagram("chain")
-    beams = [
-        d.add(ph.Beam(f"b{i}", ph.Section.rectangle(0.1, 0.1, 1e9, 0.3, 1e3), (i, 0), (i + 1, 0), 1)) for i in range(6)
-    ]
-    for a, b in zip(beams, beams[1:], strict=False):
+    section = ph.Section.rectangle(0.1, 0.1, 1e9, 0.3, 1e3)
+    beams = [d.add(ph.Beam(f"b{i}", section, (i, 0), (i + 1, 0), 1)) for i in range(6)]
+    for a, b in itertools.pairwise(beams):
         d.pin(a.end, b.start)
     d.pin(d.ground, beams[0].start)
     d.expose(beams[-1].end.translation, "tip")

@@ -18,62 +18,55 @@ WAYS = [(1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (0.6, 0.8)]
 SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much]
 
 
+DECADES = ((3, 6), (3, 6), (1, 3), (-1, 1), (-4, -2))
+
+
 def section(rng):
-    return ph.Section(
-        *(float(10.0 ** rng.uniform(low, high)) for low, high in ((3, 6), (3, 6), (1, 3), (-1, 1), (-4, -2)))
-    )
+    return ph.Section(*(float(10.0 ** rng.uniform(low, high)) for low, high in DECADES))
 
 
 @st.composite
 def rows(draw):
     """Parts in a row, with loads and gravity along it or across: what symmetry there is can be drawn away."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
-    way = np.array(draw(st.sampled_from(WAYS)))
-    gravity = draw(st.sampled_from([None, None, 9.81 * way, (0.0, -9.81)]))
-    d = ph.Diagram("row", gravity=gravity)
-    last, at = draw(st.sampled_from([d.ground, None])), np.zeros(2)
-    anchors = []
+    way = along = np.array(draw(st.sampled_from(WAYS)))
+    axial = draw(st.booleans())
+    d = ph.Diagram("row", gravity=draw(st.sampled_from([None, None, 9.81 * way, *([] if axial else [(0.0, -9.81)])])))
+    places = [np.zeros(2)]
+    meeting = [[d.ground] if draw(st.booleans()) else []]
     for i in range(draw(st.integers(1, 4))):
-        if draw(st.integers(0, 5)) == 0:
+        if not axial and draw(st.integers(0, 4)) == 0:
             way = np.array(draw(st.sampled_from(WAYS)))
-        kind = draw(st.sampled_from(["beam", "beam", "spring", "arc"]))
-        to = at + way * rng.uniform(0.5, 2.0)
+        kind = draw(st.sampled_from(["beam", "beam", "beam", *(["beam"] if axial else ["spring", "arc"])]))
+        places.append(places[-1] + way * rng.uniform(0.5, 2.0))
+        ends = places[-2], places[-1]
         if kind == "spring":
             free = draw(st.sampled_from([None, None, 0.4]))
-            part = d.add(ph.Spring(f"{i}", float(10.0 ** rng.uniform(1, 4)), at, to, free_length=free))
+            part = ph.Spring(f"{i}", float(10.0 ** rng.uniform(1, 4)), *ends, free_length=free)
         else:
-            bend = 0.3 if kind == "arc" else None
-            damped = draw(st.sampled_from([None, None, ph.Damping(internal=1e-4)]))
-            part = d.add(
-                ph.Beam(
-                    f"{i}",
-                    section(rng),
-                    at,
-                    to,
-                    draw(st.integers(1, 3)),
-                    draw(st.integers(1, 2)),
-                    curvature=bend,
-                    damping=damped,
-                )
-            )
-        if last is not None:
-            weld = kind != "spring" and last.turns and draw(st.booleans())
-            (d.weld if weld else d.pin)(last, part.start)
-        if kind == "spring" or draw(st.integers(0, 3)) == 0:
-            mass = d.add(ph.RigidBody(f"mass {i}", 1.0, 0.2, to))
-            (d.pin if kind == "spring" or draw(st.booleans()) else d.weld)(part.end, mass.centre)
-            last = None
-            anchors.append(mass.centre)
-        else:
-            last = part.end
-            anchors.append(part.end)
-        at = to
-    for i in range(draw(st.integers(0, 2))):
-        size = float(rng.uniform(0.5, 2.0))
-        force = draw(st.sampled_from([way, np.array([1.0, 0.0]), np.array([0.3, -0.8])])) * size
-        signal = force if draw(st.booleans()) else (lambda t, f=force: f * np.cos(5.0 * t))
+            options = {
+                "elements": draw(st.integers(2, 3)),
+                "degree": draw(st.integers(1, 2)),
+                "curvature": 0.3 if kind == "arc" else None,
+                "damping": draw(st.sampled_from([None, None, ph.Damping(internal=1e-4)])),
+            }
+            part = ph.Beam(f"{i}", section(rng), *ends, **options)
+        d.add(part)
+        meeting[-1].append(part.start)
+        meeting.append([part.end])
+    for i, (place, anchors) in enumerate(zip(places, meeting, strict=True)):
+        stiff = [a for a in anchors if a.turns]
+        if not stiff or (d.ground not in anchors and draw(st.integers(0, 5)) == 0):
+            anchors.append(d.add(ph.RigidBody(f"mass {i}", 1.0, 0.2, place)).centre)
+        if len(anchors) > 1:
+            (d.weld if all(a.turns for a in anchors) and draw(st.booleans()) else d.pin)(*anchors)
+    for i in range(draw(st.integers(1, 2))):
+        options = [along, along, *([] if axial else [np.array([1.0, 0.0]), np.array([0.3, -0.8])])]
+        force = draw(st.sampled_from(options)) * float(rng.uniform(0.5, 2.0))
+        wave = not axial and draw(st.booleans())
+        signal = (lambda t, f=force: f * np.cos(5.0 * t)) if wave else force
         load = d.add(ph.Force(f"force {i}", signal))
-        push(d, draw(st.sampled_from(anchors)).translation, load.port)
+        push(d, draw(st.sampled_from(meeting[1:]))[0].translation, load.port)
     return d
 
 
