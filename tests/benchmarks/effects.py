@@ -10,6 +10,7 @@ import argparse
 import statistics
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
 
@@ -59,7 +60,7 @@ def half_at_rest(elements: int) -> ph.Diagram:
         places = [(shift, 0.5), (shift + 2.0, 1.5), (shift + 3.5, 1.5), (shift + 2.5, 0.5)]
         bars = [
             d.add(ph.Beam(f"{name} {i}", BAR, p, q, max(2, elements // 3)))
-            for i, (p, q) in enumerate(zip(places, places[1:], strict=False))
+            for i, (p, q) in enumerate(pairwise(places))
         ]
         for first, second in zip([d.ground, *(b.end for b in bars)], [*(b.start for b in bars), d.ground], strict=True):
             d.pin(first, second)
