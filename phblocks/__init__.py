@@ -22,6 +22,7 @@ from phblocks.blocks.torsion import TorsionDamper, TorsionSpring
 from phblocks.blocks.transformer import Gyrator, Transformer
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram
+from phblocks.effects import Effect, EffectsReport
 from phblocks.errors import PhblocksError
 from phblocks.nesting import Nested
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
@@ -56,6 +57,8 @@ __all__ = [
     "Diagram",
     "DiscreteGradient",
     "Domain",
+    "Effect",
+    "EffectsReport",
     "Force",
     "GaussLegendre",
     "Gyrator",

@@ -124,7 +124,7 @@ class Reach:
         return np.asarray(~np.where(self.components.configuration, active[block], changes))
 
     def quiet(self) -> Ints:
-        """List inputs that are taken to be zero and would move what is not reached.
+        """List inputs that are taken to be zero and would move, or turn, what is not reached.
 
         Returns
         -------
@@ -133,7 +133,7 @@ class Reach:
         """
         mask, pattern = self.reached.mask, self.reached.pattern
         pairs = np.concatenate([pattern.edges, pattern.products[[0, 2]], pattern.products[[1, 2]]], axis=1)
-        would = pairs[0][~mask[pairs[1]]]
+        would = np.concatenate([pairs[0][~mask[pairs[1]]], self.theta])
         return np.unique(would[(would >= self.inputs) & ~mask[would]]) - self.inputs
 
 

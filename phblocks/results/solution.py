@@ -108,12 +108,12 @@ class Solution:
         return self.recording.x
 
     def state(self, name: str) -> Floats:
-        """Return the series of one state.
+        """Return the series of one state; of one that is left out (``system.effects``) what it stays.
 
         Parameters
         ----------
         name : str
-            Such as ``"crank.V1[0]"``; all of them are in ``system.state_names``.
+            Such as ``"crank.V1[0]"``; those that are computed are in ``system.state_names``.
 
         Returns
         -------
@@ -125,6 +125,9 @@ class Solution:
         UnknownNameError
             If there is no such state.
         """
+        left_out = self.system.pruning.constants(self.system)
+        if isinstance(name, str) and name in left_out:
+            return np.full(self.t.size, left_out[name])
         if not isinstance(name, str) or name not in self._places:
             raise UnknownNameError(
                 "state",

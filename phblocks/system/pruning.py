@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from phblocks.errors import PrunedError
-from phblocks.system.parts import STILL
+from phblocks.system.parts import STILL, Part
 from phblocks.triplets import Floats, Ints
 
 if TYPE_CHECKING:
@@ -44,6 +45,25 @@ class Pruning:
     rotations: Ints
     quiet: Ints
     held: Ints
+
+    def constants(self, system: System) -> dict[str, float]:
+        """Name the states that are left out.
+
+        Parameters
+        ----------
+        system : System
+            The system.
+
+        Returns
+        -------
+        dict of str to float
+            What each of them stays.
+        """
+        gone = self.coordinates[self.states < 0]
+        if not gone.size:
+            return {}
+        names = coordinate_names(system.parts)
+        return {names[i]: float(system.sharing.constant[i]) for i in gone}
 
     def restricted(self, system: System, x: Floats, where: str) -> Floats:
         """Take the states out of those there would be if nothing was left out.
@@ -202,3 +222,21 @@ class Pruning:
                 got="another value",
                 fix=FIX,
             )
+
+
+def coordinate_names(parts: Sequence[Part]) -> list[str]:
+    """Name the coordinates of all blocks: block, field, component and number along the block.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+        The blocks.
+
+    Returns
+    -------
+    list of str
+        Such as ``crank.V1[0]``.
+    """
+    return [
+        f"{part.name}.{run.field}[{i}]" for part in parts for run in part.form.runs for i in range(run.positions.size)
+    ]

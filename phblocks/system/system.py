@@ -40,7 +40,7 @@ from phblocks.system.lines import Lines
 from phblocks.system.matrices import energy_form, matrices_at
 from phblocks.system.modulated import modulated, require_quadratic
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
-from phblocks.system.pruning import Pruning
+from phblocks.system.pruning import Pruning, coordinate_names
 from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.triplets import Floats, Ints, Triplets
@@ -289,12 +289,7 @@ class System:
     @cached_property
     def state_names(self) -> tuple[str, ...]:
         """Name of each state: block, field, component and number along the block, such as ``crank.V1[0]``."""
-        names = [
-            f"{part.name}.{run.field}[{i}]"
-            for part in self.parts
-            for run in part.form.runs
-            for i in range(run.positions.size)
-        ]
+        names = coordinate_names(self.parts)
         return tuple(names[i] for i in self.sharing.kept)
 
     @cached_property

@@ -59,8 +59,7 @@ def half_at_rest(elements: int) -> ph.Diagram:
     for name, shift in (("driven", 0.0), ("idle", 10.0)):
         places = [(shift, 0.5), (shift + 2.0, 1.5), (shift + 3.5, 1.5), (shift + 2.5, 0.5)]
         bars = [
-            d.add(ph.Beam(f"{name} {i}", BAR, p, q, max(2, elements // 3)))
-            for i, (p, q) in enumerate(pairwise(places))
+            d.add(ph.Beam(f"{name} {i}", BAR, p, q, max(2, elements // 3))) for i, (p, q) in enumerate(pairwise(places))
         ]
         for first, second in zip([d.ground, *(b.end for b in bars)], [*(b.start for b in bars), d.ground], strict=True):
             d.pin(first, second)

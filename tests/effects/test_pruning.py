@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from phblocks.errors import DataError, PrunedError
+from phblocks.errors import DataError, PrunedError, UnknownNameError
 
 BAR = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
 SOFT = ph.Section(axial=1e5, shear=5e4, bending=50.0, mass=1.0, rotary=1e-3)
@@ -64,6 +64,9 @@ def test_a_bar_that_is_pulled_needs_two_fields(degree):
     np.testing.assert_array_equal(run.spin(bar, 0.3), 0.0)
     np.testing.assert_array_equal(run.angle(bar, 0.3), 0.0)
     np.testing.assert_array_equal(run.angle(bar.end), 0.0)
+    np.testing.assert_array_equal(run.state("bar.M3[0]"), np.zeros(run.t.size))
+    with pytest.raises(UnknownNameError, match=r"state: expected one of system\.state_names"):
+        run.state("bar.M4[0]")
     assert max(gap.max() for gap in run.closure().values()) <= 1e-15
 
 
@@ -285,6 +288,20 @@ def test_another_signal_than_that_of_the_source_is_refused_where_it_counts():
     d.expose(bar.end.translation, "tip")
     system = d.compile()
     assert ph.simulate(system, 1e-4, 1e-5, inputs={"F": (0.0, 1.0)}).status.ok
+
+
+def test_a_drive_that_stands_still_may_not_turn():
+    """Its orientation is not integrated, though all that it acts on moves."""
+    d = ph.Diagram("held", gravity=(0.0, -9.81))
+    arm = d.add(ph.Beam("arm", SOFT, (0.0, 0.0), (1.0, 0.0), 3))
+    d.pin(d.ground, arm.start)
+    d.connect(arm.start.rotation, d.add(ph.AngularVelocity("drive", 0.0)).port)
+    readings = [lambda s: s.position(arm.end), lambda s: s.moment(arm, 0.5), lambda s: s.energy.gravity]
+    pruned, whole, run = assert_alike(d, 0.05, 1e-3, readings)
+    assert pruned.n == whole.n and pruned.start.theta.size == whole.start.theta.size - 1
+    np.testing.assert_array_equal(run.angle(arm.start), 0.0)
+    with pytest.raises(PrunedError, match=r"simulate inputs\['drive'\]: expected zero, as its source says"):
+        ph.simulate(pruned, 0.05, 1e-3, inputs={"drive": 1.0})
 
 
 def test_modes_are_those_of_all_states_or_refused():
