@@ -1,10 +1,13 @@
 """Exact pruning: the unknowns that are left, and the same answer as with all of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import phblocks as ph
 from phblocks.errors import DataError, PrunedError, UnknownNameError
+from phblocks.triplets import Triplets
 
 BAR = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
 SOFT = ph.Section(axial=1e5, shear=5e4, bending=50.0, mass=1.0, rotary=1e-3)
@@ -68,6 +71,42 @@ def test_a_bar_that_is_pulled_needs_two_fields(degree):
     with pytest.raises(UnknownNameError, match=r"state: expected one of system\.state_names"):
         run.state("bar.M4[0]")
     assert max(gap.max() for gap in run.closure().values()) <= 1e-15
+
+
+@pytest.mark.parametrize(
+    "method",
+    [ph.GaussLegendre(2), ph.LinearlyImplicit(), ph.ScipyIVP("Radau", 1e-13, 1e-13)],
+    ids=lambda m: type(m).__name__,
+)
+def test_every_method_takes_what_is_left(method):
+    d, bar = pulled(elements=2)
+    runs = [ph.simulate(d.compile(effects=e), 2e-4, 1e-5, method=method) for e in ("auto", "all")]
+    mine, theirs = (run.force(bar, 0.3) for run in runs)
+    tolerance = 1e-8 if isinstance(method, ph.ScipyIVP) else 1e-12  # that one estimates errors by a norm of all states
+    np.testing.assert_allclose(mine, theirs, rtol=0.0, atol=tolerance * np.abs(theirs).max())
+
+
+class Linear(ph.Beam):
+    """A beam without its products."""
+
+    def form(self, gives):
+        return replace(super().form(gives), T=Triplets.empty(3))
+
+
+def test_linear_transverse_vibration_needs_four_fields():
+    def shaken(follows):
+        d = ph.Diagram("across")
+        beam = d.add(Linear("beam", SOFT, (0.0, 0.0), (1.0, 0.0), 6))
+        d.weld(d.ground, beam.start)
+        d.connect(beam.end.translation, d.add(ph.Force("F", (0.0, 1.0), follows=follows)).port)
+        readings = [lambda s: s.velocity(beam.end), lambda s: s.moment(beam, 0.2), lambda s: s.angle(beam, 0.9)]
+        return assert_alike(d, 0.05, 1e-3, readings)
+
+    pruned, whole, _ = shaken(follows=True)
+    assert fields(pruned) == {("beam", f) for f in ("V2", "W3", "N2", "M3")}
+    assert 3 * pruned.n == 2 * whole.n and pruned.linear
+    # a force that stays vertical has a part along the cross section as soon as that turns
+    assert len(fields(shaken(follows=False)[0])) == 6
 
 
 def test_the_bar_stretches_as_the_wave_equation_says():
