@@ -61,6 +61,11 @@ class Diagram:
         self._ground = ground
         self._inner: tuple[Diagram, ...] = ()
 
+    def __repr__(self) -> str:
+        """Count blocks and junctions."""
+        network = self.network
+        return f"<Diagram {self.name!r}: {len(network.blocks)} blocks, {len(network.junctions())} junctions>"
+
     @property
     def name(self) -> str:
         """For titles and messages."""

@@ -45,6 +45,11 @@ class Modes:
     shapes: Complexes
     diverging: Floats
 
+    def __repr__(self) -> str:
+        """Say how many there are and where, without the shapes."""
+        span = f", {self.frequencies[0]:.4g} to {self.frequencies[-1]:.4g} rad/s" if self.frequencies.size else ""
+        return f"<Modes: {self.frequencies.size}{span}, {self.diverging.size} diverging>"
+
     @property
     def hertz(self) -> Floats:
         """Frequencies in Hz, shape (m,)."""

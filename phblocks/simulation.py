@@ -40,7 +40,7 @@ def simulate(
     method: Method | Integrator | None = None,
     start: State | None = None,
     inputs: Mapping[str, Signal] | None = None,
-    save_every: int = 1,
+    save_every: int | None = None,
     max_halvings: int = 12,
     adaptive: Adaptive | None = None,
     times: ArrayLike | None = None,
@@ -75,14 +75,15 @@ def simulate(
         scalar ports, arrays of shape (dimension,) in the fixed frame for vectors. A force or moment that is not
         given is zero; an imposed velocity has to be given.
     save_every : int, optional
-        Save every so many steps; balances are kept over all steps nevertheless.
+        Save every so many steps, each by default; balances are kept over all steps nevertheless.
     max_halvings : int, optional
         How often a failed step is halved before the run ends.
     adaptive : Adaptive, optional
         Adapt the steps to tolerances; energy is kept all the same.
     times : array_like, optional
-        Save at these times, s, increasing, instead of every so many steps; the start and the end are saved too. Steps
-        are shortened to end there, so that the states are as accurate as any others and balances are kept.
+        Save at these times, s, increasing, instead of every step, or besides every so many if ``save_every`` is given;
+        the start and the end are saved too. Steps are shortened to end there, so that the states are as accurate as
+        any others and balances are kept.
     progress : bool, optional
         Show a progress bar; by default if a terminal is attached and the run takes longer than a second.
 
@@ -122,7 +123,8 @@ def simulate(
         )
     _require_time("dt", dt, 0.0)
     _require_time("t_end", t_end, dt)
-    for name, value, least in (("save_every", save_every, 1), ("max_halvings", max_halvings, 0)):
+    every = 1 if save_every is None else save_every
+    for name, value, least in (("save_every", every, 1), ("max_halvings", max_halvings, 0)):
         wrong = isinstance(value, bool) or not isinstance(value, (int, np.integer))
         if wrong or value < least:
             error = ArgumentTypeError if wrong else DataError
@@ -134,7 +136,8 @@ def simulate(
             got=f"t_end = {t_end!r} and dt = {dt!r}",
             fix="t_end comes first, then dt, both in s.",
         )
-    schedule = Schedule(t_end, dt, save_every, None if times is None else _require_times(times, t_end))
+    asked = None if times is None else _require_times(times, t_end)
+    schedule = Schedule(t_end, dt, every, asked, steps_too=save_every is not None)
     state = system.start if start is None else require_state(system, start, "simulate start")
     state = state if system.quadratic else State(system.settled(state.x), state.theta, state.points)
     drive = Drive(system, {} if inputs is None else inputs)

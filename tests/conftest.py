@@ -1,9 +1,10 @@
-"""What every test runs under: no screen, the same random examples in every run, the reference numbers."""
+"""What every test runs under: no screen, no figure of another test, the same random examples, the reference numbers."""
 
 import itertools
 import json
 import os
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,22 @@ os.environ["MPLBACKEND"] = "Agg"
 
 settings.register_profile("fixed", derandomize=True, deadline=None)
 settings.load_profile("fixed")
+
+
+@pytest.fixture(autouse=True)
+def _close_figures() -> Iterator[None]:
+    """Leave none to the next test, which may count them; tests that draw nothing do not load matplotlib for this."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
+
+
+@pytest.fixture
+def without_numba():
+    """Run as if numba were not installed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("phblocks.solvers.compiled.find_spec", lambda _: None)
+        yield
 
 
 @pytest.fixture(scope="session")

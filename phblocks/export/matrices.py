@@ -146,6 +146,10 @@ class Matrices:
     tangent: Tangent | None = None
     convention: str = CONVENTION
 
+    def __repr__(self) -> str:
+        """Count states and inputs."""
+        return f"<Matrices of {self.name!r}: {len(self.state_names)} states, {len(self.input_names)} inputs>"
+
     def __post_init__(self) -> None:
         where = f"matrices of {self.name!r}"
         _labels(f"{where}: name, about, convention", (self.name, self.about, self.convention))

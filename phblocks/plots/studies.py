@@ -75,7 +75,7 @@ def work_precision(study: WorkPrecisionStudy) -> Figure:
     )
     for method in methods:
         for mesh in meshes:
-            chosen = study.filter(lambda row: row.ok, method=method, mesh=mesh).sort("dt", reverse=True)
+            chosen = study.filter(lambda row: row.ok, method=method, mesh=mesh).sort("dt", "rtol", reverse=True)
             for name, ax in axes.items():
                 _line(ax, chosen.rows, name, colours[method], markers[mesh], float(strengths[mesh]))
     largest = max((row.reference_uncertainty for row in rows), default=math.nan)

@@ -149,6 +149,10 @@ class Statistics:
     rejections: int = 0
     lag: Floats = field(default_factory=lambda: np.zeros(0))
 
+    def __repr__(self) -> str:
+        """Summarise in one line, without the numbers of every step."""
+        return f"<Statistics: {self}>"
+
     def __str__(self) -> str:
         """Summarise in one line."""
         mean = float(self.newton_iterations.mean()) if self.newton_iterations.size else 0.0
@@ -173,6 +177,10 @@ class EnergySeries(Mapping[str, Floats]):
 
     def __init__(self, series: Mapping[str, Floats]) -> None:
         self._series = dict(series)
+
+    def __repr__(self) -> str:
+        """Name the series."""
+        return f"<EnergySeries: {', '.join(self)}>"
 
     def __getitem__(self, name: str) -> Floats:
         """Return one series; an unknown name raises :class:`~phblocks.errors.UnknownNameError`."""

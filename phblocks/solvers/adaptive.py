@@ -26,9 +26,10 @@ class Adaptive:
     The difference, divided by ``2^order - 1``, estimates the error of the two halves. It is measured in the energy
     norm, ``sqrt(1/2 d^T E d)`` (with the Hessian, eigenvalues taken positive, where the energy is not quadratic),
     against ``atol + rtol`` times the largest norm of the state so far, or on named outputs against ``atol + rtol``
-    times the largest size of each so far. A run that starts at rest starts with short steps unless atol is given. A PI
-    controller chooses the next step. Energy is kept exactly whatever the steps, because every accepted step is one of
-    the method. Costs half as many steps again as the same steps without control.
+    times the largest size of each so far, at the ends of rejected steps too: a run that starts at rest would not start
+    otherwise, and starts with short steps unless atol is given. A PI controller chooses the next step. Energy is kept
+    exactly whatever the steps, because every accepted step is one of the method. Costs half as many steps again as the
+    same steps without control.
 
     Parameters
     ----------
@@ -128,7 +129,7 @@ class ErrorNorm:
             error, size = np.abs(rough - value), np.abs(value)
         else:
             error, size = (np.array([self._energy_norm(d, fine[0])]) for d in (coarse[0] - fine[0], fine[0]))
-        self._largest = np.maximum(self._largest, size)
+        self._largest = np.maximum(self._largest, np.where(np.isfinite(size), size, 0.0))
         allowed = self._options.atol + self._options.rtol * self._largest
         return float(np.max(error / np.maximum(allowed, np.finfo(float).tiny)))
 
@@ -204,8 +205,7 @@ class AdaptiveSteps:
                 self._x, self._theta = pair[1].x, pair[1].theta
                 self.steps += 2
                 yield pair[0], half, False
-                asked = schedule.times is None and count % schedule.save_every == 0
-                yield pair[1], t, t == target or asked
+                yield pair[1], t, t == target or schedule.saves(count)
                 proposed = length * self._factor(error, last_error)
                 h, last_error = min(max(proposed, h) if length < h else proposed, self._limits[1]), max(error, 1e-4)
 
@@ -213,6 +213,8 @@ class AdaptiveSteps:
         """How much longer the next step may be: Gustafsson's PI controller."""
         if error == 0.0:
             return MOST_FACTOR
+        if not math.isfinite(error):  # no step, or one of a method of the user's that left all bounds
+            return LEAST_FACTOR
         k = 1.0 / (self._order + 1)
         return float(np.clip(SAFETY * error ** (-0.7 * k) * last ** (0.4 * k), LEAST_FACTOR, MOST_FACTOR))
 
@@ -232,7 +234,7 @@ class AdaptiveSteps:
             return [], math.inf
         unpack = self.stage.unpack
         error = self._norm((unpack(whole.x), whole.theta), (unpack(x), theta)) / (2**self._order - 1)
-        self.rejections += error > 1.0
+        self.rejections += not error <= 1.0
         return pair, error
 
     def _step(self, x: Floats, theta: Floats, t: float, h: float) -> Step | None:

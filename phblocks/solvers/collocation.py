@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from phblocks.solvers.linear import linear_solver
@@ -83,19 +86,23 @@ class CollocationEquation(StageEquation):
     ----------
     system : System
         The system to integrate.
-    collocation : Collocation
-        The coefficients.
+    stages : int
+        Of the method.
 
     Notes
     -----
     E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.8, doi:10.1007/978-3-642-05221-7.
     """
 
-    def __init__(self, system: System, collocation: Collocation) -> None:
+    def __init__(self, system: System, stages: int) -> None:
         super().__init__(system)
-        self.collocation = collocation
+        self.collocation = collocation = Collocation.gauss(stages)
         self.modes = Modes.of(collocation.A)
         self._inverse = collocation.inverse
+
+    def _make_all(self) -> None:
+        super()._make_all()
+        _ = self.tables
 
     def begin_step(self, x: Floats, theta: Floats, dt: float, u: Floats) -> None:
         """Fix the data of a step.
@@ -184,6 +191,60 @@ class CollocationEquation(StageEquation):
         rates = momentum @ np.abs(self._rate_weights)
         force = forced + abs(self._parts).summed(size, np.abs(self._at[1])) + known
         return float(np.finfo(float).eps * np.linalg.norm(rates + force))
+
+    @cached_property
+    def tables(self) -> Tables:
+        """What does not change during a run, for compiled code; copies: SciPy sorts entries when it pleases."""
+        parts, lines = self._parts, self._line_data
+        first, by_angle, by_lines = self._modulation_parts
+        none = _arrays(sp.csr_array((0, self.n)))
+        line: tuple[Any, ...] = (none, none, np.empty(0), np.empty(0, dtype=bool))
+        if lines is not None:
+            line = (_arrays(lines.span), _arrays(lines.stretch), lines.free.copy(), lines.taut.copy())
+        by_mean = sp.csr_array(sp.hstack([self._cubic, first, *([by_lines] if lines is not None else [])]))
+        width = max(1, int(np.abs(self.rows - self.columns).max(initial=0)))
+        spot = self.columns * (3 * width + 1) + 2 * width + self.rows - self.columns
+        jacobian = (_arrays(by_mean), _arrays(by_angle), self._rest.copy(), self.mass.copy(), spot.astype(np.int64))
+        sizes = self._turn.shape[0], self._n_angles
+        feature = self._feature.astype(np.int64)
+        equation = (
+            _arrays(parts.stacked), _arrays(parts.forces), parts.pairs.astype(np.int64), feature, sizes, line, jacobian
+        )  # fmt: skip
+        turn = (
+            _arrays(self._alpha_rows), self._alpha_reference.copy(), self.collocation.end,
+            self.collocation.extrapolation, _arrays(self._rates),
+        )  # fmt: skip
+        inputs = (self._kappa_gravity, self._kappa_input, self._inputs, self.system.input_rates)
+        return Tables(equation, turn, inputs, width)
+
+
+def _arrays(matrix: sp.csr_array) -> tuple[Floats, NDArray[np.int32], NDArray[np.int32]]:
+    return matrix.data.copy(), matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What does not change during a run, as plain arrays.
+
+    Parameters
+    ----------
+    equation : tuple
+        What is linear in the unknowns (angles, modulated quantities, E, J0 - R: one below the other), what sums
+        products into forces, factors of these products, feature of each pair, numbers of angles (all, of joints),
+        lines, and the matrices of the Jacobian: by the mean of the stages, by turning, constant, mass, places.
+    turn : tuple
+        Angles by rotation states, their references, weights of the stages at the end of the step, the same for states
+        without rate, and rates of the rotation states.
+    inputs : tuple
+        Modulated quantities without inputs and by inputs, forces and rotation rates by inputs.
+    width : int
+        Half-bandwidth.
+    """
+
+    equation: tuple[Any, ...]
+    turn: tuple[Any, ...]
+    inputs: tuple[Any, ...]
+    width: int
 
 
 @dataclass(frozen=True)

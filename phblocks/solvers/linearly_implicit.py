@@ -146,7 +146,7 @@ class LinearlyImplicitStepper(MidpointStepper):
     def __init__(self, system: System, newton: Newton, corrections: int) -> None:
         super().__init__(system, newton)
         self._solves = 1 + corrections
-        self.stage: FrozenEquation = FrozenEquation(system)
+        self.stage: FrozenEquation = FrozenEquation.of(system)
 
     def step(self, x: Floats, theta: Floats, dt: float, u: Floats, guess: Floats | None = None) -> Step | None:
         """Take one step; see ``MidpointStepper``. A guess takes the place of the extrapolation."""

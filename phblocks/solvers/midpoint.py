@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from phblocks.solvers.compiled import CompiledStepper, compiled_stepper
 from phblocks.solvers.linear import LinearSolver, linear_solver
 from phblocks.solvers.newton import ModifiedNewton, Newton
 from phblocks.solvers.options import require_flag, require_newton, require_quadratic
@@ -63,7 +64,7 @@ class Midpoint:
     #: Order of convergence on smooth solutions.
     order = 2
 
-    def prepare(self, system: System) -> MidpointStepper:
+    def prepare(self, system: System) -> MidpointStepper | CompiledStepper:
         """Do once what does not change during a run.
 
         Parameters
@@ -73,8 +74,8 @@ class Midpoint:
 
         Returns
         -------
-        MidpointStepper
-            Ready for steps.
+        MidpointStepper or CompiledStepper
+            Ready for steps; the second where numba is installed.
 
         Raises
         ------
@@ -83,7 +84,8 @@ class Midpoint:
         """
         if not self.allow_energy_error:
             require_quadratic("Midpoint", system, ", or accept the drift with ph.Midpoint(allow_energy_error=True)")
-        return MidpointStepper(system, self.newton, self.predict)
+        fast = compiled_stepper(system, 1, self.newton, self.predict)
+        return MidpointStepper(system, self.newton, self.predict) if fast is None else fast
 
 
 class MidpointStepper:
@@ -113,7 +115,7 @@ class MidpointStepper:
     weights = (1.0,)
 
     def __init__(self, system: System, newton: Newton, predict: bool = False, discrete: bool = False) -> None:
-        self.stage = StageEquation(system)
+        self.stage = StageEquation.of(system)
         self._predict, self._past = predict, Past()
         self._newton, self._discrete = newton, discrete
         self.solver: LinearSolver = linear_solver(self.stage.rows, self.stage.columns, self.stage.n)
@@ -141,9 +143,12 @@ class MidpointStepper:
             ``None`` if Newton's method did not converge.
         """
         stage = self.stage
-        before = x if self._discrete else None
-        stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x), before)
-        z, iterations = self._solve_linear(x, dt) if stage.constant else self._solve(x, dt, guess)
+        if stage.constant:
+            z, iterations = self._solve_linear(x, dt, u[0])
+        else:
+            before = x if self._discrete else None
+            stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x), before)
+            z, iterations = self._solve(x, dt, guess)
         if z is None:
             return None
         turn = dt * stage.spin(z, u[0])
@@ -166,12 +171,11 @@ class MidpointStepper:
                 break
         return z, count
 
-    def _solve_linear(self, x: Floats, dt: float) -> tuple[Floats | None, int]:
+    def _solve_linear(self, x: Floats, dt: float, u: Floats) -> tuple[Floats | None, int]:
         """One back-substitution with a factor that is kept as long as the step stays the same."""
-        residual, jacobian = self.stage.evaluate(x)
         if self._factored_for != dt:
-            self._factored_for = dt if self.solver.factorise(jacobian) else None
+            self._factored_for = dt if self.solver.factorise(self.stage.matrix(2.0 / dt)) else None
             if self._factored_for is None:
                 return None, 0
-        z = x - self.solver.solve(residual)
+        z = x + self.solver.solve(self.stage.force(x, u))
         return (z, 0) if np.isfinite(z).all() else (None, 0)

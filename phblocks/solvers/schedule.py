@@ -22,12 +22,30 @@ class Schedule:
         Save every so many steps.
     times : tuple of float, optional
         Save at these instead, s, increasing; the last one is ``t_end``.
+    steps_too : bool, optional
+        Save at these and every so many steps.
     """
 
     t_end: float
     dt: float
     save_every: int = 1
     times: tuple[float, ...] | None = None
+    steps_too: bool = False
+
+    def saves(self, count: int) -> bool:
+        """Say whether a step is saved because of its number; at the times asked for it is anyway.
+
+        Parameters
+        ----------
+        count : int
+            Its number, from 1.
+
+        Returns
+        -------
+        bool
+            Whether it is.
+        """
+        return (self.times is None or self.steps_too) and count % self.save_every == 0
 
     def targets(self) -> Iterator[tuple[float, float]]:
         """Iterate over the intervals between times that are saved.
@@ -37,14 +55,11 @@ class Schedule:
         tuple of float
             Begin and end, s.
         """
-        if self.times is not None:
-            yield from itertools.pairwise((0.0, *self.times))
-            return
-        steps, last = self._steps(0.0, self.t_end), 0.0
-        for k in range(self.save_every, steps, self.save_every):
-            yield last, k * self.dt
-            last = k * self.dt
-        yield last, self.t_end
+        last = 0.0
+        for _, _, end, save in self.intervals():
+            if save:
+                yield last, end
+                last = end
 
     def intervals(self) -> Iterator[tuple[float, float, float, bool]]:
         """Iterate over steps of equal length: dt, the last one before a time of its own shorter or all of them.
@@ -58,14 +73,16 @@ class Schedule:
             steps = self._steps(0.0, self.t_end)
             for k in range(steps):
                 t0, t1 = k * self.dt, self.t_end if k == steps - 1 else (k + 1) * self.dt
-                yield t0, self._length(t0, t1, self.dt), t1, (k + 1) % self.save_every == 0 or k == steps - 1
+                yield t0, self._length(t0, t1, self.dt), t1, self.saves(k + 1) or k == steps - 1
             return
-        for begin, end in self.targets():
+        count = 0
+        for begin, end in itertools.pairwise((0.0, *self.times)):
             steps = self._steps(begin, end)
             h = (end - begin) / steps
             for k in range(steps):
                 t1 = end if k == steps - 1 else begin + (k + 1) * h
-                yield begin + k * h, self._length(0.0, h, self.dt), t1, k == steps - 1
+                count += 1
+                yield begin + k * h, self._length(0.0, h, self.dt), t1, self.saves(count) or k == steps - 1
 
     def _steps(self, begin: float, end: float) -> int:
         return max(1, math.ceil((end - begin) / self.dt - 1e-9))

@@ -12,8 +12,10 @@ the state are sparse matrix products over the whole system: no loop over element
 
 from __future__ import annotations
 
+import copy
 from functools import cached_property
 from itertools import pairwise
+from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -160,6 +162,40 @@ class StageEquation:
         self._mass_factor = np.nan
         self._weight = self._collect @ self._kappa_gravity
 
+    @classmethod
+    def of(cls, system: System, *options: int) -> Self:
+        """Make an equation for a run of its own; what is constant is made once and kept with the system.
+
+        Parameters
+        ----------
+        system : System
+            The system to integrate.
+        *options : int
+            What else the kind of equation needs.
+
+        Returns
+        -------
+        StageEquation
+            Shares constant arrays with others of the system.
+        """
+        if system.storages or system.modulations:
+            return cls(system, *options)  # these remember what they met
+        first = system.prepared.get((cls, *options))
+        if not isinstance(first, cls):
+            first = system.prepared[cls, *options] = cls(system, *options)
+        return first._another()
+
+    def _another(self) -> Self:
+        """An equation that shares what is constant."""
+        self._make_all()
+        other = copy.copy(self)
+        other._work, other._mass_factor = self._matrix(self.mass.copy()), np.nan
+        return other
+
+    def _make_all(self) -> None:
+        """Make what is made when it is asked for."""
+        _ = self._parts, self._modulation_parts
+
     def _matrix(self, data: Floats) -> sp.csr_array:
         """The matrix with these entries on the pattern."""
         indptr = np.searchsorted(self.rows, np.arange(self.n + 1))
@@ -279,6 +315,48 @@ class StageEquation:
         theta = theta + tau * (self.system.input_rates @ u)
         self._alpha = self._alpha_reference + self._alpha_rows @ theta
 
+    def force(self, x: Floats, u: Floats) -> Floats:
+        """Evaluate what accelerates a linear system.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Unknowns, shape (n,).
+        u : numpy.ndarray
+            Inputs, shape (n_inputs,), or (n_inputs, stages) for several of them.
+
+        Returns
+        -------
+        numpy.ndarray
+            ``E x'``, shape (n,) or (n, stages).
+        """
+        force = self._rest_matrix @ x + self._weight
+        force = force if u.ndim == 1 else np.repeat(force[:, None], u.shape[1], axis=1)
+        if u.size:
+            force += self._inputs @ u + self._collect @ (self._kappa_input @ u)
+        return np.asarray(force)
+
+    def matrix(self, mass_factor: float | complex) -> Floats:
+        """Evaluate the Jacobian of a linear system.
+
+        Parameters
+        ----------
+        mass_factor : float or complex
+            Of E, 1/s.
+
+        Returns
+        -------
+        numpy.ndarray
+            Its entries on the pattern.
+        """
+        return np.asarray(mass_factor * self.mass - self._rest)
+
+    @cached_property
+    def _rest_matrix(self) -> sp.csr_array:
+        matrix = self._matrix(self._rest.copy())
+        matrix.eliminate_zeros()
+        return matrix
+
     def evaluate(self, z: Floats) -> tuple[Floats, Floats]:
         """Evaluate residual and Jacobian.
 
@@ -340,7 +418,7 @@ class StageEquation:
 
     @cached_property
     def _parts(self) -> ResidualParts:
-        linear = (self._turn, self._kappa, self._mass_matrix, self._matrix(self._rest))
+        linear = (self._turn, self._kappa, self._mass_matrix, self._rest_matrix)
         return ResidualParts.of(self.system, self.order, self.scale, linear, self._collect)
 
     def _features(self, z: Floats, alpha: Floats) -> tuple[Floats, Floats, tuple[Floats, ...]]:

@@ -18,7 +18,7 @@ from phblocks.studies.measurement import record
 from phblocks.studies.notes import notes_of
 from phblocks.studies.quantity import Quantity, observe
 from phblocks.studies.reference import Reference, element_counts, extrapolate, given
-from phblocks.studies.run import Job, MakeSystem, Mesh, Run, Setting
+from phblocks.studies.run import Job, MakeSystem, Mesh, Run, Setting, step_control
 from phblocks.studies.settings import name_of, named_methods, positive_values, require_function
 from phblocks.studies.table import Table
 
@@ -71,9 +71,10 @@ class ConvergenceStudy(Table[ConvergenceRun]):
 
     row_type: ClassVar[type[ConvergenceRun]] = ConvergenceRun
     shown: ClassVar[tuple[str, ...]] = (
-        *("over", "value", "states", "error", "rate", "fitted", "seconds"),
-        *("energy_error", "gap", "status"),
+        *("over", "value", "states", "error", "rate", "fitted", "seconds", "halvings"),
+        *("energy_error", "gap", "lag", "status"),
     )
+    shown_if_any: ClassVar[tuple[str, ...]] = ("halvings", "lag")
 
     @property
     def fit(self) -> Fit:
@@ -204,9 +205,10 @@ def convergence(
     unit : str, optional
         Of a quantity that is a function.
     executor : concurrent.futures.Executor, optional
-        Does the runs elsewhere or side by side, see ``processes``; by default one after another in this process.
+        Does the runs elsewhere or side by side, see ``processes``. By default they are made in this process, and what
+        is left after two seconds in processes on this machine.
     shared_machine : bool, optional
-        Whether runs disturb each other's times; by default, that an executor was given.
+        Whether runs disturb each other's times; by default, whether they were made side by side.
     progress : bool, optional
         Show a progress bar; by default if a terminal is attached and the study takes longer than a second.
     **arguments : object
@@ -237,6 +239,13 @@ def convergence(
         )
     observed = observe(WHERE, quantity, times, t_end, unit)
     [(name, own)] = named_methods(WHERE, {name_of(method): method}, arguments).items()
+    if over == "dt" and step_control(own) is not None:
+        raise DataError(
+            f"{WHERE} over dt",
+            expected="a method with equal steps",
+            got=name if own.get("adaptive") is None else repr(own["adaptive"]),
+            fix="Use work_precision(..., tolerances=...).",
+        )
     fixed = {} if mesh is None else dict(mesh)
     jobs = [
         Job(
@@ -272,10 +281,14 @@ def convergence(
     # what was extrapolated from the finest runs has them on a line, and nothing to leave out
     floor = 0.0 if known is None or math.isnan(truth.uncertainty) else truth.uncertainty
     steady = asymptotic_part(over, sizes, errors, floor)
-    shared = executor is not None if shared_machine is None else shared_machine
     rows = [
         ConvergenceRun(
-            **record(job, m, truth, shared), over=over, value=str(value), size=size, rate=rate, fitted=i in steady
+            **record(job, m, truth, shared_machine),
+            over=over,
+            value=str(value),
+            size=size,
+            rate=rate,
+            fitted=i in steady,
         )
         for i, (job, m, (size, value), rate) in enumerate(zip(jobs, measured, sized, rates, strict=True))
     ]

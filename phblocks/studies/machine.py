@@ -30,8 +30,8 @@ class Machine:
         Name of the processor.
     cores : int
         Processors of the machine.
-    python, numpy, scipy, phblocks : str
-        Versions.
+    python, numpy, scipy, numba, phblocks : str
+        Versions; "none" of numba where it is not installed, and steps are not compiled.
     """
 
     platform: str
@@ -40,13 +40,16 @@ class Machine:
     python: str
     numpy: str
     scipy: str
+    numba: str
     phblocks: str
 
     def __str__(self) -> str:
         """Describe it in one line."""
         return (
             f"{self.cpu}, {self.cores} cores, {self.platform}; Python {self.python}, "
-            f"NumPy {self.numpy}, SciPy {self.scipy}, phblocks {self.phblocks}"
+            f"NumPy {self.numpy}, SciPy {self.scipy}, "
+            + (f"numba {self.numba}, " if self.numba != "none" else "no numba, ")
+            + f"phblocks {self.phblocks}"
         )
 
 
@@ -59,10 +62,6 @@ def this_machine() -> Machine:
     Machine
         Asked for once a process.
     """
-    try:
-        own = version("phblocks")
-    except PackageNotFoundError:
-        own = "not installed"
     return Machine(
         platform=f"{platform.system()} {platform.release()} {platform.machine()}",
         cpu=_cpu(),
@@ -70,8 +69,16 @@ def this_machine() -> Machine:
         python=platform.python_version(),
         numpy=np.__version__,
         scipy=scipy.__version__,
-        phblocks=own,
+        numba=_version("numba", "none"),
+        phblocks=_version("phblocks", "not installed"),
     )
+
+
+def _version(package: str, otherwise: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return otherwise
 
 
 def _cpu() -> str:

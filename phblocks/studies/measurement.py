@@ -22,7 +22,7 @@ from phblocks.triplets import Floats
 
 #: Columns that are copied from the measurement.
 MEASURED = (
-    *("states", "steps", "halvings", "newton_iterations"),
+    *("states", "steps", "halvings", "rejections", "newton_iterations", "lag"),
     *("energy_error", "gap", "status", "status_text"),
 )
 
@@ -37,14 +37,16 @@ class Measurement:
         The quantity; ``None`` if the run failed.
     seconds : list of float
         Of every repeat, s.
-    states, steps, halvings, newton_iterations : int
+    states, steps, halvings, rejections, newton_iterations : int
         Of the system and of the run.
-    energy_error, gap : float
+    energy_error, gap, lag : float
         See :class:`~phblocks.studies.run.Run`.
     status, status_text : str
         How it ended, in a word and in full.
     machine : Machine
         Where.
+    shared : bool
+        Whether other runs of the study may have worked there at the same time.
     """
 
     value: Floats | None = None
@@ -52,12 +54,15 @@ class Measurement:
     states: int = 0
     steps: int = 0
     halvings: int = 0
+    rejections: int = 0
     newton_iterations: int = 0
+    lag: float = 0.0
     energy_error: float = math.nan
     gap: float = math.nan
     status: str = "success"
     status_text: str = ""
     machine: Machine = field(default_factory=this_machine)
+    shared: bool = False
 
     @property
     def ok(self) -> bool:
@@ -103,16 +108,18 @@ class Runner:
         if id(setting.mesh) not in self._systems:
             self._systems[id(setting.mesh)] = job.make_system(**setting.mesh)
         system = self._systems[id(setting.mesh)]
-        if first:  # what is loaded and computed once a process should not be in the first time
+        arguments = job.arguments
+        if first and job.timed:  # what is loaded and computed once a process should not be in the first time
             with suppress(Exception):  # if there is something wrong, the run itself says so
                 simulate(system, min(setting.dt, job.t_end), setting.dt, progress=False, **setting.arguments)
         clock = perf_counter()
-        solution = simulate(system, job.t_end, setting.dt, progress=False, **setting.arguments)
+        solution = simulate(system, job.t_end, setting.dt, progress=False, **arguments)
         measured.seconds.append(perf_counter() - clock)
         if not first:
             return
         statistics = solution.statistics
         measured.states, measured.steps, measured.halvings = system.n, statistics.steps, statistics.halvings
+        measured.rejections, measured.lag = statistics.rejections, float(statistics.lag.max(initial=0.0))
         measured.newton_iterations = int(statistics.newton_iterations.sum())
         measured.energy_error, measured.gap = energy_error(solution), strain_gap(solution)
         measured.status, measured.status_text = solution.status.name, solution.status.text
@@ -183,7 +190,7 @@ def strain_gap(solution: Solution) -> float:
     return max(distances, default=math.nan)
 
 
-def record(job: Job, measured: Measurement, reference: Reference, shared_machine: bool) -> dict[str, Any]:
+def record(job: Job, measured: Measurement, reference: Reference, shared_machine: bool | None = None) -> dict[str, Any]:
     """Join what was set and what was measured.
 
     Parameters
@@ -194,8 +201,8 @@ def record(job: Job, measured: Measurement, reference: Reference, shared_machine
         What came of it.
     reference : Reference
         What its error is measured against.
-    shared_machine : bool
-        Whether other runs may have disturbed it.
+    shared_machine : bool, optional
+        Whether other runs may have disturbed it; by default whether they ran at the same time.
 
     Returns
     -------
@@ -208,6 +215,7 @@ def record(job: Job, measured: Measurement, reference: Reference, shared_machine
         "method": setting.method,
         "mesh": setting.mesh_label,
         "dt": setting.dt,
+        "rtol": setting.rtol,
         "t_end": job.t_end,
         **{name: getattr(measured, name) for name in MEASURED},
         "seconds": median(seconds),
@@ -216,7 +224,7 @@ def record(job: Job, measured: Measurement, reference: Reference, shared_machine
         "repeats": len(measured.seconds),
         "error": reference.error_of(measured.value),
         "reference_uncertainty": reference.uncertainty,
-        "shared_machine": shared_machine,
+        "shared_machine": measured.shared if shared_machine is None else shared_machine,
         "quantity": observed.label,
         "unit": observed.unit,
         "reference": reference.source,

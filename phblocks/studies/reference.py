@@ -49,6 +49,10 @@ class Reference:
             raise DataError("reference", expected="uncertainty >= 0", got=repr(self.uncertainty), fix="Correct it.")
         object.__setattr__(self, "value", value)
 
+    def __repr__(self) -> str:
+        """Say where it is from and how far it may be off."""
+        return f"<Reference of shape {self.value.shape}, uncertain by {self.uncertainty:.2g}: {self.source}>"
+
     def error_of(self, value: Floats | None) -> float:
         """Measure an error.
 

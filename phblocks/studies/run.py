@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from phblocks.errors import DataError
+from phblocks.solvers.method import Integrator
 from phblocks.studies.machine import Machine
 from phblocks.studies.quantity import Observed
 from phblocks.system import System
@@ -28,17 +29,20 @@ class Setting:
     mesh : mapping
         Arguments of the function that makes the system.
     dt : float
-        Step, s.
+        Step, s; of a method that chooses its steps what ``simulate`` calls dt.
     method : str
         What the method is called in tables.
     arguments : mapping
         More arguments of ``simulate``: the method and its options, inputs.
+    rtol : float, optional
+        Relative tolerance of a method that chooses its steps; 0 if there is none.
     """
 
     mesh: Mesh
     dt: float
     method: str
     arguments: Mapping[str, Any]
+    rtol: float = 0.0
 
     @property
     def mesh_label(self) -> str:
@@ -62,7 +66,9 @@ class Job:
     observed : Observed
         The quantity.
     repeats : int
-        How often it is timed.
+        How often it is done.
+    timed : bool
+        Whether its time is asked for: then nothing else of the study runs meanwhile, unless an executor does it.
     """
 
     make_system: MakeSystem
@@ -70,6 +76,36 @@ class Job:
     t_end: float
     observed: Observed
     repeats: int = 1
+    timed: bool = False
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What ``simulate`` is given besides system, end and step.
+
+        A run in steps of its own has to be told the times of the quantity; it saves all its steps besides them, so that
+        energy and gap are judged as those of other runs are.
+        """
+        given, times = dict(self.setting.arguments), [t for t in self.observed.times or () if t > 0.0]
+        if times and step_control(given) is not None and "times" not in given:
+            given = {"save_every": 1, **given, "times": sorted(set(times))}
+        return given
+
+
+def step_control(arguments: Mapping[str, Any]) -> object:
+    """Find what chooses the steps of a run.
+
+    Parameters
+    ----------
+    arguments : mapping
+        Of ``simulate``.
+
+    Returns
+    -------
+    object
+        ``Adaptive``, or a method that chooses its steps itself; ``None`` if the steps are equal.
+    """
+    method = arguments.get("method")
+    return arguments.get("adaptive") or (method if isinstance(method, Integrator) else None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,11 +119,17 @@ class Run(Machine):
     mesh : str
         Arguments the system was made with.
     dt, t_end : float
-        Step and end of the run, s.
+        Step and end of the run, s. Where the method chooses its steps, dt is what it was given to begin with.
+    rtol : float
+        Relative tolerance of a method that chooses its steps; 0 if the steps are equal.
     states : int
         Unknowns of the system.
-    steps, halvings, newton_iterations : int
-        Accepted steps, steps that failed and were halved, and Newton iterations of the whole run.
+    steps, halvings, rejections, newton_iterations : int
+        Accepted steps, steps that failed and were halved, steps whose estimated error was too large, and Newton
+        iterations of the whole run.
+    lag : float
+        Consistency residual of a linearly implicit method, ``solution.statistics.lag``, largest of any step; 0 for
+        other methods.
     seconds : float
         Median over the repeats of the time ``simulate`` took, s, with one thread; making the system and reading the
         quantity are not in it.
@@ -119,11 +161,14 @@ class Run(Machine):
     method: str
     mesh: str
     dt: float = field(metadata={"unit": "s"})
+    rtol: float = field(metadata={"absent": 0.0})
     t_end: float = field(metadata={"unit": "s"})
     states: int
     steps: int
     halvings: int
+    rejections: int
     newton_iterations: int
+    lag: float = field(metadata={"absent": 0.0, "unit": "relative"})
     seconds: float
     seconds_min: float
     seconds_max: float
@@ -171,7 +216,8 @@ class Run(Machine):
     def __str__(self) -> str:
         """Say the setting, and what it gave."""
         result = f"error {self.error:.3g} {self.unit}".rstrip() if self.ok else self.status
-        return f"{self.method}, {self.mesh}, dt = {self.dt:g} s: {result} in {self.seconds:.3g} s"
+        step = f"dt = {self.dt:g} s" if self.rtol == 0.0 else f"rtol = {self.rtol:g}"
+        return f"{self.method}, {self.mesh}, {step}: {result} in {self.seconds:.3g} s"
 
     @property
     def machine(self) -> Machine:

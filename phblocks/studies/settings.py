@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass, replace
 from typing import Any
 
 from phblocks.blocks.checks import require_real
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.simulation import simulate
+from phblocks.studies.run import step_control
 
 #: What a study gives to ``simulate`` itself.
 OWN = ("system", "t_end", "dt", "progress")
@@ -94,6 +95,48 @@ def named_methods(where: str, methods: Methods, arguments: Mapping[str, Any]) ->
             fix="Give names: methods={'tight': ph.Midpoint(...), ...}.",
         )
     return named
+
+
+def with_tolerance(where: str, arguments: Mapping[str, Any], rtol: float | None) -> tuple[dict[str, Any], float]:
+    """Change the tolerance of a run that chooses its steps.
+
+    Parameters
+    ----------
+    where : str
+        The study, for messages.
+    arguments : mapping
+        Of ``simulate``, with ``adaptive`` or a method that chooses its steps itself.
+    rtol : float or None
+        Relative tolerance; the absolute one is changed by the same factor. ``None``: leave it.
+
+    Returns
+    -------
+    arguments : dict
+        With this tolerance.
+    rtol : float
+        The relative tolerance, 0 if there is none.
+
+    Raises
+    ------
+    DataError
+        If there is no relative tolerance above zero to change.
+    """
+    control = step_control(arguments)
+    own = float(getattr(control, "rtol", 0.0))
+    if rtol is None:
+        return dict(arguments), own
+    if not (own > 0.0 and is_dataclass(control) and not isinstance(control, type)):
+        raise DataError(
+            f"{where} tolerances",
+            expected="methods that choose their steps to have rtol > 0",
+            got=repr(control),
+            fix="Give one, or leave tolerances out.",
+        )
+    changed = {"rtol": rtol}
+    if hasattr(control, "atol"):
+        changed["atol"] = control.atol * (rtol / own)
+    name = "adaptive" if arguments.get("adaptive") is control else "method"
+    return {**arguments, name: replace(control, **changed)}, rtol
 
 
 def positive_values(where: str, values: object, least: int = 1) -> list[float]:

@@ -36,10 +36,13 @@ class Table(Generic[Row]):
 
     rows: tuple[Row, ...]
 
-    #: The data class of the rows; its fields are text, numbers and truth values, their metadata may have a "unit".
+    #: The data class of the rows; its fields are text, numbers and truth values, their metadata may have a "unit", and
+    #: a value that is printed as none ("absent").
     row_type: ClassVar[type[Any]]
     #: The columns that are printed; all of them are in the CSV file.
     shown: ClassVar[tuple[str, ...]]
+    #: Those of them that are left out where no row has a value other than zero.
+    shown_if_any: ClassVar[tuple[str, ...]] = ()
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -224,7 +227,7 @@ class Table(Generic[Row]):
         """Format the columns shown as a table, followed by the notes."""
         lines = self._cells()
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        texts = [isinstance(value, str) for value in self._shown(self.rows[0])] if self.rows else [True] * len(widths)
+        texts = [not self.rows or isinstance(getattr(self.rows[0], name), str) for name in self._printed]
         padded = [
             "  ".join(c.ljust(w) if t else c.rjust(w) for c, w, t in zip(line, widths, texts, strict=True)).rstrip()
             for line in lines
@@ -235,14 +238,27 @@ class Table(Generic[Row]):
         """Name the kind and the size."""
         return f"<{type(self).__name__} of {len(self.rows)} rows>"
 
-    def _shown(self, row: Row) -> list[Any]:
-        return [getattr(row, name) for name in self.shown]
+    @property
+    def _printed(self) -> list[str]:
+        """The columns that are printed of these rows."""
+
+        def told(name: str) -> bool:
+            values = (getattr(row, name) for row in self.rows)
+            return any(value and not _missing(value) for value in values)
+
+        return [name for name in self.shown if name not in self.shown_if_any or told(name)]
 
     def _cells(self) -> list[list[str]]:
         """The heading and the rows as text."""
-        units = {field.name: field.metadata.get("unit") for field in fields(self.row_type)}
-        heading = [name.replace("_", " ") + (f" ({units[name]})" if units[name] else "") for name in self.shown]
-        return [heading, *([_text(value) for value in self._shown(row)] for row in self.rows)]
+        meta = {field.name: field.metadata for field in fields(self.row_type)}
+        units = {name: about.get("unit") for name, about in meta.items()}
+
+        def cell(row: Row, name: str) -> str:
+            value = getattr(row, name)
+            return "-" if "absent" in meta[name] and value == meta[name]["absent"] else _text(value)
+
+        heading = [name.replace("_", " ") + (f" ({units[name]})" if units[name] else "") for name in self._printed]
+        return [heading, *([cell(row, name) for name in self._printed] for row in self.rows)]
 
     def _require(self, name: str) -> None:
         if name not in self.columns:

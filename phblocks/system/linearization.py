@@ -43,6 +43,10 @@ class Linearization:
     D: sp.csr_array
     theta: Ints
 
+    def __repr__(self) -> str:
+        """Count states and inputs."""
+        return f"<Linearization: {self.n} states, {self.theta.size} rotations, {self.B.shape[1]} inputs>"
+
     @property
     def n(self) -> int:
         """How many of the states w are states x of the system."""

@@ -35,6 +35,10 @@ class State:
     theta: Floats
     points: Floats
 
+    def __repr__(self) -> str:
+        """Count what is in it."""
+        return f"<State: {self.x.size} energy states, {self.theta.size} rotations, {len(self.points)} points>"
+
 
 @dataclass(frozen=True)
 class Part:

@@ -17,7 +17,7 @@ points.  Everything is linear in them:
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -46,7 +46,7 @@ from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.triplets import Floats, Ints, Triplets
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class System:
     """A diagram in matrices.
 
@@ -179,6 +179,11 @@ class System:
             phi, shape (n_features,) or (n_features, m).
         """
         return np.concatenate([self.angles.features(theta), self.lines.directions(theta, x)])
+
+    @cached_property
+    def prepared(self) -> dict[Hashable, object]:
+        """What others made of this system once and want to find again, such as equations of time methods."""
+        return {}
 
     @cached_property
     def Q(self) -> sp.csr_array:

@@ -20,13 +20,14 @@ Mesh = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Sweep:
-    """Every mesh with every step; options are those of the peer."""
+    """Every mesh with every step, or every tolerance; options are those of the peer."""
 
     name: str
     meshes: Sequence[Mesh]
     steps: Sequence[float]
     method: Any = None
     options: Mapping[str, bool] = field(default_factory=dict)
+    tolerances: Sequence[float] = ()
 
 
 @dataclass(frozen=True)
@@ -98,6 +99,12 @@ def sweeps(meshes: Sequence[Mesh], steps: Sequence[Sequence[float]], finest: Seq
     return found + more
 
 
+def radau(mesh: Mesh, tolerances: Sequence[float]) -> Sweep:
+    """SciPy's Radau on our system; states are saved every 0.1 s and at the times asked for."""
+    method = ph.ScipyIVP("Radau", rtol=1e-3, atol=1e-3)
+    return Sweep("SciPy's Radau, our system", [mesh], [0.1], method, tolerances=tolerances)
+
+
 def scenes() -> tuple[Scene, ...]:
     """Describe the scenes; those of the peer have the same names."""
     path = REFERENCES["four_bar"]["P_flexible_t"]
@@ -127,15 +134,7 @@ def scenes() -> tuple[Scene, ...]:
                 ),
                 Sweep("GaussLegendre(2)", [{"elements": (2, 1, 1), "degree": 3}], [0.01, 0.005], ph.GaussLegendre(2)),
                 Sweep("GaussLegendre(3)", [{"elements": (2, 1, 1), "degree": 3}], [0.02, 0.01], ph.GaussLegendre(3)),
-                *(
-                    Sweep(
-                        "SciPy's Radau, our system",
-                        [{"elements": (1, 1, 1), "degree": 4}],
-                        [1.0],
-                        ph.ScipyIVP("Radau", rtol=rtol, atol=rtol),
-                    )
-                    for rtol in (1e-2, 1e-3, 3e-4)
-                ),
+                radau({"elements": (1, 1, 1), "degree": 4}, (1e-2, 1e-3, 3e-4)),
             ],
             peer=[
                 Sweep("Exudyn", [{"elements": (4, 4, 4), "order": 1}, {"elements": (10, 6, 6), "order": 1}], [1e-3]),
@@ -168,24 +167,27 @@ def scenes() -> tuple[Scene, ...]:
             published=np.array([REFERENCES["rubber_pendulum"]["tip(1)"]]),
             published_uncertainty=REFERENCES["rubber_pendulum"]["tolerance"],
             fine=({"elements": 16, "degree": 4}, 1 / 800),
-            ours=sweeps(
-                [
-                    {"elements": 20, "degree": 1},
-                    {"elements": 80, "degree": 1},
-                    {"elements": 8, "degree": 2},
-                    {"elements": 4, "degree": 3},
-                    {"elements": 8, "degree": 3},
-                    {"elements": 4, "degree": 4},
-                ],
-                [
-                    (0.02, 0.01, 0.005, 0.0025),
-                    (0.05, 0.025, 0.02, 0.01),
-                    (0.1, 0.05, 0.04, 0.025),
-                    (0.02, 0.01, 0.005, 0.0025),
-                    (0.02, 0.01, 0.005, 0.0025),
-                ],
-                [0.00125, 0.005, 0.0125, 0.00125, 0.00125],
-            ),
+            ours=[
+                *sweeps(
+                    [
+                        {"elements": 20, "degree": 1},
+                        {"elements": 80, "degree": 1},
+                        {"elements": 8, "degree": 2},
+                        {"elements": 4, "degree": 3},
+                        {"elements": 8, "degree": 3},
+                        {"elements": 4, "degree": 4},
+                    ],
+                    [
+                        (0.02, 0.01, 0.005, 0.0025),
+                        (0.05, 0.025, 0.02, 0.01),
+                        (0.1, 0.05, 0.04, 0.025),
+                        (0.02, 0.01, 0.005, 0.0025),
+                        (0.02, 0.01, 0.005, 0.0025),
+                    ],
+                    [0.00125, 0.005, 0.0125, 0.00125, 0.00125],
+                ),
+                radau({"elements": 4, "degree": 3}, (1e-2, 1e-3, 1e-4)),
+            ],
             peer=[
                 Sweep(
                     name,
@@ -207,16 +209,19 @@ def scenes() -> tuple[Scene, ...]:
             published=np.array([spaghetti[f"t={t}"]["loaded_end"] for t in ("2.5", "6")]),
             published_uncertainty=spaghetti["tolerance"],
             fine=({"elements": 32, "degree": 4}, 0.005),
-            ours=sweeps(
-                [
-                    {"elements": 40, "degree": 1},
-                    {"elements": 12, "degree": 2},
-                    {"elements": 8, "degree": 3},
-                    {"elements": 16, "degree": 4},
-                ],
-                [(0.05, 0.02, 0.01), (0.1, 0.05, 0.025), (0.1, 0.05), (0.02, 0.01), (0.02, 0.01)],
-                [0.005, 0.0125, 0.025, 0.005, 0.005],
-            ),
+            ours=[
+                *sweeps(
+                    [
+                        {"elements": 40, "degree": 1},
+                        {"elements": 12, "degree": 2},
+                        {"elements": 8, "degree": 3},
+                        {"elements": 16, "degree": 4},
+                    ],
+                    [(0.05, 0.02, 0.01), (0.1, 0.05, 0.025), (0.1, 0.05), (0.02, 0.01), (0.02, 0.01)],
+                    [0.005, 0.0125, 0.025, 0.005, 0.005],
+                ),
+                radau({"elements": 8, "degree": 3}, (1e-2, 1e-3, 1e-4)),
+            ],
             peer=[
                 Sweep(
                     name,

@@ -1,6 +1,8 @@
 """Time of one Newton iteration divided by LAPACK ``dgbsv`` on the same band, for the four-bar of the README.
 
-And of one step of the same scene made linear (small motions), divided by ``dgbtrs``.
+With NumPy, and in compiled code (the extra ``fast``).
+
+Also of one step of the same scene made linear (small motions), divided by ``dgbtrs``.
 """
 
 from __future__ import annotations
@@ -16,7 +18,9 @@ import numpy as np
 from scipy.linalg import lapack
 
 import phblocks as ph
+from phblocks.solvers.compiled import CompiledStepper
 from phblocks.solvers.linear import BandedSolver
+from phblocks.solvers.midpoint import MidpointStepper
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from examples.four_bar import build
@@ -25,10 +29,12 @@ from tests.benchmarks.tables import machine, markdown, write
 MESHES = ((10, 6, 6), (100, 60, 60), (1000, 600, 600))
 
 
-def measure(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int, float, float]:
-    """Return unknowns, half-bandwidth, and the median times (s) of an iteration and of ``dgbsv``."""
+def measure(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int, list[float], float]:
+    """Return unknowns, half-bandwidth, and the median times (s) of iterations and of ``dgbsv``."""
     system = build(elements=elements)[0].compile()
-    stepper = ph.Midpoint().prepare(system)
+    stepper = ph.Midpoint(ph.Newton(), predict=False).prepare(system)
+    fast = ph.Midpoint(ph.ModifiedNewton(max_iterations=1), predict=False).prepare(system)
+    assert isinstance(stepper, MidpointStepper) and isinstance(fast, CompiledStepper), 'pip install ".[fast]"'
     stage, solver = stepper.stage, stepper.solver
     assert isinstance(solver, BandedSolver)
     x, theta, u = stage.pack(system.start.x), system.start.theta, np.zeros((1, 0))
@@ -44,6 +50,9 @@ def measure(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int,
         solver.factorise(jacobian)
         _ = z - solver.solve(residual)
 
+    def compiled() -> None:
+        assert fast.step(x, theta, 0.02, u, guess=z[None]) is None  # no second iteration is allowed
+
     residual, jacobian = stage.evaluate(z)
     band = np.zeros((3 * solver.width + 1, stage.n), order="F")
     band[2 * solver.width + stage.rows - stage.columns, stage.columns] = jacobian
@@ -57,21 +66,22 @@ def measure(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int,
         lapack.dgbsv(solver.width, solver.width, work, residual, overwrite_ab=1)
 
     repeats = max(5, 100_000 // stage.n)
-    samples: dict[Callable[[], None], list[float]] = {iteration: [], dgbsv: [], reset: []}
+    samples: dict[Callable[[], None], list[float]] = {iteration: [], compiled: [], dgbsv: [], reset: []}
     for _ in range(rounds):  # in turn, so that a drift of the machine's speed meets all alike
         for function, times in samples.items():
             begin = perf_counter()
             for _ in range(repeats):
                 function()
             times.append((perf_counter() - begin) / repeats)
-    ours, theirs = (statistics.median(samples[f]) for f in (iteration, dgbsv))
+    *ours, theirs = (statistics.median(samples[f]) for f in (iteration, compiled, dgbsv))
     return stage.n, solver.width, ours, theirs - statistics.median(samples[reset])
 
 
-def measure_linear(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int, float, float]:
+def measure_linear(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int, list[float], float]:
     """Return unknowns, half-bandwidth, and the median times (s) of a linear step and of ``dgbtrs``."""
     system = build(elements=elements)[0].compile().small_motions()
     stepper, dt, u = ph.Midpoint().prepare(system), 0.02, np.zeros((1, 0))
+    assert isinstance(stepper, MidpointStepper)
     stage, solver = stepper.stage, stepper.solver
     assert isinstance(solver, BandedSolver) and stage.constant
     start, theta = stage.pack(system.start.x), system.start.theta
@@ -101,7 +111,7 @@ def measure_linear(elements: tuple[int, int, int], rounds: int = 15) -> tuple[in
                 function()
             times.append((perf_counter() - begin) / repeats)
     ours, theirs = (statistics.median(samples[f]) for f in (step, dgbtrs))
-    return stage.n, width, ours, theirs
+    return stage.n, width, [ours], theirs
 
 
 def main() -> None:
@@ -110,16 +120,17 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="put the table into docs/performance.md")
     arguments = parser.parse_args()
     kinds = (
-        ("newton_iteration", measure, "one Newton iteration", "`dgbsv`", MESHES),
-        ("linear_step", measure_linear, "one linear step", "`dgbtrs`", MESHES[1:]),
+        ("newton_iteration", measure, ["NumPy", "compiled"], "`dgbsv`", MESHES),
+        ("linear_step", measure_linear, ["one step"], "`dgbtrs`", MESHES[1:]),
     )
-    for mark, function, what, lapacks, meshes in kinds:
+    for mark, function, whats, lapacks, meshes in kinds:
         rows = []
         for elements in meshes:
             n, width, ours, theirs = function(elements)
-            times = [f"{1e3 * ours:.3f}", f"{1e3 * theirs:.3f}", f"{ours / theirs:.1f}"]
+            times = [f"{1e3 * t:.3f}" for t in (*ours, theirs)] + [f"{t / theirs:.1f}" for t in ours]
             rows.append(["/".join(map(str, elements)), str(n), str(width), *times])
-        table = markdown(["elements", "unknowns", "half-bandwidth", f"{what}, ms", f"{lapacks}, ms", "ratio"], rows)
+        columns = [f"{what}, ms" for what in (*whats, lapacks)] + [f"ratio, {what}" for what in whats]
+        table = markdown(["elements", "unknowns", "half-bandwidth", *columns], rows)
         print(table, machine(), sep="\n\n")
         if arguments.write:
             write("performance.md", mark, table)

@@ -6,6 +6,7 @@ import platform
 import re
 from collections.abc import Sequence
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -18,7 +19,7 @@ def machine() -> str:
     if info.exists():
         names = re.findall(r"model name\s*:\s*(.+)", info.read_text())
         cpu = names[0] if names else cpu
-    packages = ", ".join(f"{p} {version(p)}" for p in ("numpy", "scipy"))
+    packages = ", ".join(f"{p} {version(p)}" for p in ("numpy", "scipy", "numba") if find_spec(p))
     return f"{cpu}, one BLAS thread; Python {platform.python_version()}, {packages}"
 
 

@@ -151,7 +151,7 @@ def test_saving_less_keeps_the_books_over_all_steps(run, solutions, name, chunk,
     np.testing.assert_array_equal(some.recording.ledger.connection_error, full.recording.ledger.connection_error)
 
 
-def test_halved_steps_are_booked_and_not_saved(run, monkeypatch):
+def test_halved_steps_are_booked_and_not_saved(run, monkeypatch, without_numba):
     from phblocks.solvers.midpoint import MidpointStepper
 
     true_step = MidpointStepper.step

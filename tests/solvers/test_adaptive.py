@@ -1,5 +1,7 @@
 """Adapted steps: tolerances are met, energy is kept, times are reached, and what cannot be done is said."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -90,6 +92,39 @@ def test_rejected_steps_are_counted_and_leave_no_trace(swing):
     assert f"{solution.statistics.rejections} rejections" in str(solution.statistics)
     assert np.abs(solution.energy.total - solution.energy.total[0]).max() < 1e-12 * solution.energy.total[0]
     assert solution.statistics.steps == solution.statistics.newton_iterations.size
+
+
+class Bounded:
+    """The midpoint rule, but steps longer than 0.03 s lead to infinity or NaN."""
+
+    order = 2
+
+    def __init__(self, nonsense):
+        self.nonsense = nonsense
+
+    def prepare(self, system):
+        stepper = ph.Midpoint().prepare(system)
+        step = stepper.step
+        stepper.step = lambda x, theta, dt, u: self.spoilt(step(x, theta, dt, u))
+        return stepper
+
+    def spoilt(self, step):
+        return dataclasses.replace(step, x=self.nonsense * step.x) if step and step.dt > 0.03 else step
+
+
+@pytest.mark.parametrize("nonsense", [np.inf, np.nan])
+@pytest.mark.filterwarnings("ignore:invalid value")
+def test_a_method_of_the_users_that_leaves_all_bounds_is_given_shorter_steps(swing, nonsense):
+    """The run does not hang, and what is allowed is as if the step had not been tried."""
+    start, options = swing.rigid_motion(spin=2.0), {"adaptive": ph.Adaptive(rtol=1e-4)}
+    sound, spoilt = (
+        ph.simulate(swing, 0.2, dt, method=method, start=start, **options)
+        for dt, method in ((0.01, ph.Midpoint()), (0.05, Bounded(nonsense)))
+    )
+    assert spoilt.status.ok and spoilt.statistics.rejections > 0
+    assert spoilt.statistics.steps == pytest.approx(sound.statistics.steps, rel=0.2)
+    gap = np.abs(spoilt.position("beam", 1.0)[-1] - sound.position("beam", 1.0)[-1]).max()
+    assert gap < 1e-3
 
 
 def test_named_outputs_are_watched(swing):

@@ -64,6 +64,11 @@ def test_our_own_methods_satisfy_the_protocol(method, oscillator):
     assert "order" in type(method).__doc__ and "Cost" in type(method).__doc__ and method.order in (2, 4, 6)
 
 
+def test_scipys_say_what_they_keep_and_cost():
+    text = ph.ScipyIVP.__doc__
+    assert isinstance(ph.ScipyIVP(), Integrator) and "Conserved: nothing. Cost of a step" in text and "order 5" in text
+
+
 def test_a_method_of_the_users(oscillator):
     """Its energy oscillates and is reported so."""
     assert isinstance(Splitting(), Method)

@@ -109,7 +109,7 @@ def test_a_shorter_last_step_needs_a_factor_of_its_own(scenes, factorisations):
     assert len(factorisations) == 2
 
 
-def test_a_nonlinear_run_factorises_once_a_step_or_in_every_iteration(scenes, factorisations):
+def test_a_nonlinear_run_factorises_once_a_step_or_in_every_iteration(scenes, factorisations, without_numba):
     system = scenes["four-bar"].compile()
     kept = ph.simulate(system, t_end=0.4, dt=0.02)
     count = len(factorisations)

@@ -17,6 +17,12 @@ from phblocks.solvers.step import Step
         (Schedule(0.25, 0.1), [0.1, 0.2, 0.25], [0.1, 0.2, 0.25]),
         (Schedule(0.5, 0.1, 2), [0.1, 0.2, 0.3, 0.4, 0.5], [0.2, 0.4, 0.5]),
         (Schedule(0.3, 0.1, 1, (0.05, 0.2, 0.3)), [0.05, 0.125, 0.2, 0.3], [0.05, 0.2, 0.3]),
+        (Schedule(0.3, 0.1, 1, (0.05, 0.2, 0.3), True), [0.05, 0.125, 0.2, 0.3], [0.05, 0.125, 0.2, 0.3]),
+        (
+            Schedule(0.3, 0.1, 3, (0.05, 0.3), True),
+            [0.05, 0.05 + 0.25 / 3, 0.05 + 0.5 / 3, 0.3],
+            [0.05, 0.05 + 0.5 / 3, 0.3],
+        ),
     ],
 )
 def test_steps_and_saved_times(schedule, ends, saved):
@@ -47,6 +53,18 @@ def test_a_run_saves_at_the_times_asked_for(system):
     odd = ph.simulate(system, 0.3, 0.02, times=np.array([0.0123, 0.3]))
     np.testing.assert_array_equal(odd.t, [0.0, 0.0123, 0.3])
     assert odd.statistics.steps == 1 + 15 and np.abs(odd.energy.total - odd.energy.total[0]).max() < 1e-12
+
+
+def test_times_and_steps_are_saved(system):
+    both = ph.simulate(system, 0.3, 0.1, times=[0.15], save_every=1)
+    np.testing.assert_allclose(both.t, [0.0, 0.075, 0.15, 0.225, 0.3], rtol=1e-14)
+    adapted = {"adaptive": ph.Adaptive(rtol=1e-2), "times": [0.123]}
+    few, all_steps = (ph.simulate(system, 0.3, 0.01, save_every=every, **adapted) for every in (None, 1))
+    np.testing.assert_array_equal(few.t, [0.0, 0.123, 0.3])
+    assert all_steps.t.size == 1 + all_steps.statistics.steps // 2 > 5
+    np.testing.assert_array_equal(all_steps.x[np.isin(all_steps.t, few.t)], few.x)
+    scipys = ph.simulate(system, 0.3, 0.1, method=ph.ScipyIVP("Radau", 1e-3, 1e-3), times=[0.15], save_every=1)
+    np.testing.assert_allclose(scipys.t, both.t, rtol=1e-14)
 
 
 @pytest.mark.parametrize("times", [[0.2, 0.1], [0.0, 0.1], [0.1, 0.5], [-0.1], [np.nan], [[0.1], [0.2]], [0.1, 0.1]])

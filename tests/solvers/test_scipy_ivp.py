@@ -71,6 +71,25 @@ def test_the_same_motion(swing, name, rtol):
     np.testing.assert_allclose(solution.energy.supplied, exact.energy.supplied, atol=1e5 * rtol)
 
 
+@pytest.fixture(scope="module")
+def swung(swing) -> np.ndarray:
+    """Where the tip is at the end, m: three stages, 500 steps."""
+    return run(swing, ph.GaussLegendre(3), times=np.arange(1, 501) / 500.0).position("beam", 1.0)[-1]
+
+
+@pytest.mark.parametrize(("name", "loosest"), [("Radau", 1e-2), ("BDF", 1e-2), ("DOP853", 1e-5)])
+def test_the_error_falls_with_the_tolerance(swing, swung, name, loosest):
+    """On smooth data: a hundredth of the tolerance, at most a tenth of the error, down to 1e-5 m or less.
+
+    Looser than 1e-5 the steps of the explicit method are those of its limit of stability.
+    """
+    errors = []
+    for rtol in (loosest, 1e-2 * loosest, 1e-4 * loosest):
+        solution = run(swing, ph.ScipyIVP(name, rtol=rtol, atol=rtol))
+        errors.append(np.linalg.norm(solution.position("beam", 1.0)[-1] - swung))
+    assert errors[1] < 0.1 * errors[0] and errors[2] < 0.1 * errors[1] and errors[2] < 1e-5
+
+
 def test_the_energy_error_is_shown_as_it_is(swing):
     """It falls with the tolerance; that of the midpoint rule does not depend on anything."""
     start = swing.rigid_motion(spin=2.0)

@@ -6,10 +6,23 @@ import math
 from phblocks.studies import Run
 
 TEXTS = dict.fromkeys(
-    ("platform", "cpu", "python", "numpy", "scipy", "phblocks", "status_text", "quantity", "reference", "settings"), "x"
+    (
+        "platform",
+        "cpu",
+        "python",
+        "numpy",
+        "scipy",
+        "numba",
+        "phblocks",
+        "status_text",
+        "quantity",
+        "reference",
+        "settings",
+    ),
+    "x",
 )
-NUMBERS = dict.fromkeys(("cores", "states", "steps", "halvings", "newton_iterations", "repeats"), 1)
-FLOATS = dict.fromkeys(("dt", "t_end", "energy_error", "gap", "reference_uncertainty"), 0.0)
+NUMBERS = dict.fromkeys(("cores", "states", "steps", "newton_iterations", "repeats"), 1)
+FLOATS = dict.fromkeys(("dt", "t_end", "energy_error", "gap", "lag", "reference_uncertainty"), 0.0)
 
 
 def make_run(method: str, seconds: float, error: float = math.nan, **more: object) -> Run:
@@ -19,6 +32,9 @@ def make_run(method: str, seconds: float, error: float = math.nan, **more: objec
         **NUMBERS,
         **FLOATS,
         "method": method,
+        "halvings": 0,
+        "rejections": 0,
+        "rtol": 0.0,
         "mesh": "elements=4",
         "seconds": seconds,
         "seconds_min": seconds,

@@ -147,6 +147,8 @@ def test_too_few_runs_for_a_reference():
         ({"quantity": "position"}, ph.errors.ArgumentTypeError, "a function of a Solution"),
         ({"times": [2.0]}, ph.errors.DataError, "from 0 to 1 s"),
         ({"make_system": 3}, ph.errors.ArgumentTypeError, "a function that returns a System"),
+        ({"adaptive": ph.Adaptive()}, ph.errors.DataError, "equal steps, got Adaptive"),
+        ({"method": ph.ScipyIVP()}, ph.errors.DataError, "equal steps, got ScipyIVP"),
         ({"save_evry": 2}, ph.errors.UnknownNameError, "save_every"),
         ({"reference": [0.0]}, ph.errors.DataError, "shape of the quantity"),
         ({"executor": "processes"}, ph.errors.ArgumentTypeError, "concurrent.futures"),

@@ -31,5 +31,5 @@ def test_code_runs(tmp_path, monkeypatch):
 def test_columns_exist():
     names = re.findall(r"^\| (`.*?`) \|", TEXT, flags=re.MULTILINE)
     columns = [name for cell in names for name in re.findall(r"`(\w+)`", cell)]
-    assert len(columns) == 11
+    assert len(columns) == 14
     assert set(columns) <= set(WorkPrecisionStudy(()).columns)

@@ -1,5 +1,7 @@
 """Where a row was measured, and on one thread."""
 
+from importlib.util import find_spec
+
 import numpy as np
 from threadpoolctl import threadpool_info
 
@@ -25,3 +27,4 @@ def test_machine():
     here = machine.this_machine()
     assert here.numpy == np.__version__ and here.cpu and here.cores >= 1
     assert here.cpu in str(here) and here.python in str(here)
+    assert (find_spec("numba") is None) is (here.numba == "none") is ("no numba" in str(here))

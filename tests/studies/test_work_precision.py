@@ -145,6 +145,110 @@ def test_runs_alternate_and_systems_are_made_once(monkeypatch):
     assert study[1].seconds == median((5.0, 13.0, 21.0))
 
 
+@pytest.fixture(scope="module")
+def own_steps():
+    methods = {
+        "equal": ph.GaussLegendre(),
+        "adapted": {"method": ph.GaussLegendre(), "adaptive": ph.Adaptive(rtol=1.0, atol=0.5)},
+        "Radau": ph.ScipyIVP("Radau"),
+        "frozen": ph.LinearlyImplicit(),
+    }
+    meshes = [{"elements": 2, "degree": 2}, {"elements": 2, "degree": 3}]
+    return work_precision(
+        *(scenes.pendulum, methods, [0.02, 0.01], meshes),
+        quantity=TIP,
+        t_end=0.4,
+        times=[0.16, 0.4],
+        tolerances=[1e-2, 1e-4],
+        repeats=1,
+    )
+
+
+def test_tolerances_in_place_of_steps(own_steps):
+    """Runs that choose their steps are judged at the same times as the others, once a tolerance."""
+    settings = [(row.mesh[-1], row.method, row.dt, row.rtol) for row in own_steps]
+    for mesh in "23":
+        assert [s[1:] for s in settings if s[0] == mesh] == [
+            ("equal", 0.02, 0.0),
+            ("equal", 0.01, 0.0),
+            ("adapted", 0.02, 1e-2),
+            ("adapted", 0.02, 1e-4),
+            ("Radau", 0.02, 1e-2),
+            ("Radau", 0.02, 1e-4),
+            ("frozen", 0.02, 0.0),
+            ("frozen", 0.01, 0.0),
+        ]
+    assert all(row.ok for row in own_steps)
+    for method in ("adapted", "Radau"):
+        loose, tight = own_steps.filter(method=method, mesh="elements=2, degree=3")
+        assert tight.steps > loose.steps
+    assert "rtol=0.0001, atol=5e-05," in own_steps.filter(method="adapted", rtol=1e-4)[0].settings
+    assert "rtol = 0.0001: error" in str(own_steps.filter(method="adapted", rtol=1e-4)[0])
+    assert own_steps.reference.source == "GaussLegendre(), mesh elements=4, degree=4, dt = 0.005 s"
+
+
+def test_errors_at_named_times_follow_the_tolerance():
+    """Against the solution by hand, beside equal steps."""
+    times = [0.37, 1.0]
+    study = work_precision(
+        scenes.oscillator,
+        {"equal": ph.GaussLegendre(), "adapted": {"adaptive": ph.Adaptive()}, "Radau": ph.ScipyIVP("Radau")},
+        [0.01],
+        quantity=MASS,
+        t_end=1.0,
+        times=times,
+        tolerances=[1e-2, 1e-4, 1e-6],
+        reference=[[scenes.exact(t), 0.0] for t in times],
+        repeats=1,
+    )
+    assert study.column("rtol") == [0.0, *[1e-2, 1e-4, 1e-6] * 2]
+    assert study[0].error < 1e-9
+    for method in ("adapted", "Radau"):
+        errors = study.filter(method=method).column("error")
+        assert errors[0] > 5.0 * errors[1] > 25.0 * errors[2] > 0.0 and errors[2] < 1e-5
+
+
+def test_a_row_with_a_tolerance_can_be_run_again(own_steps):
+    row = own_steps.filter(method="adapted", rtol=1e-2, mesh="elements=2, degree=3")[0]
+    adaptive = ph.Adaptive(row.rtol, atol=5e-3)
+    solution = ph.simulate(
+        *(scenes.pendulum(2, 3), 0.4, row.dt, ph.GaussLegendre()), adaptive=adaptive, times=[0.16, 0.4]
+    )
+    assert own_steps.reference.error_of(solution.position("beam", 1.0)[1:]) == pytest.approx(row.error, rel=1e-9)
+    assert (solution.statistics.steps, solution.statistics.rejections) == (row.steps, row.rejections)
+
+
+def test_energy_is_judged_at_all_steps_of_such_a_run(own_steps):
+    row = own_steps.filter(method="Radau", rtol=1e-2)[0]
+    solution = ph.simulate(
+        *(scenes.pendulum(2, 2), 0.4, 0.02, ph.ScipyIVP("Radau", 1e-2, 1e-2)), times=[0.16, 0.4], save_every=1
+    )
+    assert measurement.energy_error(solution) == pytest.approx(row.energy_error, rel=1e-9)
+    assert row.energy_error > 1e3 * max(own_steps.filter(method="adapted").column("energy_error"))
+
+
+def test_lag_and_rejections_are_columns_where_there_are_any(own_steps, pendulum):
+    header = str(own_steps).splitlines()[0]
+    assert "rtol" in header and "lag" in header
+    assert not any(word in str(pendulum).splitlines()[0] for word in ("rtol", "lag", "rejections", "halvings"))
+    frozen = own_steps.filter(method="frozen")
+    run = ph.simulate(scenes.pendulum(2, 2), 0.4, 0.02, ph.LinearlyImplicit())
+    assert frozen[0].lag == pytest.approx(run.statistics.lag.max(), rel=1e-9)
+    assert all(lag > 0.0 for lag in frozen.column("lag"))
+    assert not any(own_steps.filter(lambda row: row.method != "frozen").column("lag"))
+    hurried = work_precision(
+        scenes.pendulum,
+        {"adapted": {"adaptive": ph.Adaptive(1e-4)}},
+        [0.2],
+        quantity=TIP,
+        t_end=0.2,
+        reference=[[0.0, 0.0]],
+        repeats=1,
+    )
+    assert hurried[0].rejections + hurried[0].halvings > 0
+    assert ("rejections" in str(hurried)) is (hurried[0].rejections > 0)
+
+
 def test_failed_runs_are_rows():
     """Newton's method is not given the iterations it needs at large steps."""
     study = work_precision(
@@ -194,8 +298,15 @@ def test_csv(pendulum, tmp_path):
         ({"steps": []}, ph.errors.DataError, "1 or more"),
         ({"meshes": {"elements": 4}}, ph.errors.ArgumentTypeError, "a list of dicts"),
         ({"meshes": []}, ph.errors.DataError, "one or more"),
-        ({"repeats": 0}, ph.errors.DataError, ">= 1"),
+        ({"repeats": -1}, ph.errors.DataError, ">= 0"),
         ({"t_end": "1"}, ph.errors.ArgumentTypeError, "real number"),
+        ({"tolerances": []}, ph.errors.DataError, "1 or more"),
+        ({"tolerances": [1e-3, -1e-4]}, ph.errors.DataError, "> 0"),
+        (
+            {"tolerances": [1e-3], "methods": {"a": {"adaptive": ph.Adaptive(rtol=0.0, atol=1.0)}}},
+            ph.errors.DataError,
+            "rtol > 0",
+        ),
     ],
 )
 def test_arguments(change, error, message):

@@ -14,7 +14,12 @@ import phblocks as ph
         pytest.param(ph.GaussLegendre(3), None, id="Gauss-Legendre 3"),
         pytest.param(ph.LinearlyImplicit(), None, id="linearly implicit"),
         pytest.param(ph.LinearlyImplicit(corrections=1), None, id="corrected"),
+        pytest.param(ph.DiscreteGradient(), None, id="discrete gradient"),
         pytest.param(ph.Midpoint(), ph.Adaptive(rtol=0.1), id="midpoint, adaptive"),
+        pytest.param(ph.GaussLegendre(2), ph.Adaptive(rtol=0.1), id="Gauss-Legendre 2, adaptive"),
+        pytest.param(ph.DiscreteGradient(), ph.Adaptive(rtol=0.5), id="discrete gradient, adaptive"),
+        pytest.param(ph.LinearlyImplicit(), ph.Adaptive(rtol=2.0, longest=0.04), id="linearly implicit, adaptive"),
+        pytest.param(ph.LinearlyImplicit(corrections=1), ph.Adaptive(rtol=0.6), id="corrected, adaptive"),
         pytest.param(ph.GaussLegendre(3), ph.Adaptive(rtol=0.03), id="Gauss-Legendre 3, adaptive"),
     ],
 )
