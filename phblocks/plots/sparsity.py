@@ -142,8 +142,8 @@ def _mark_blocks(system: System, ax: Axes) -> None:
     wide = np.diff(edges) > 0.0  # fields of which states are left
     if len(runs) <= MOST_LABELS:
         for axis in (ax.xaxis, ax.yaxis):
-            middles = 0.5 * (edges[1:] + edges[:-1])
-            axis.set_ticks(middles[wide], [run.field for run, w in zip(runs, wide, strict=True) if w], fontsize=7)
+            centres = 0.5 * (edges[1:] + edges[:-1])
+            axis.set_ticks(centres[wide], [run.field for run, w in zip(runs, wide, strict=True) if w], fontsize=7)
             axis.set_tick_params(length=0)
         for edge in edges[1:-1]:
             ax.axhline(edge, color="0.9", linewidth=0.5, zorder=0)
