@@ -19,7 +19,7 @@ from phblocks.assembly.explanation import describe
 from phblocks.assembly.joints import collect
 from phblocks.assembly.layout import Layout, lay_out
 from phblocks.assembly.points import Points
-from phblocks.assembly.pruning import everything, prune
+from phblocks.assembly.pruning import everything, hides_multipliers, prune
 from phblocks.assembly.sharing import share
 from phblocks.assembly.sites import find_sites
 from phblocks.assembly.structure import check_structure
@@ -95,6 +95,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         kept = prune(layout, whole, points if heavy else Points.of(layout, ()), gravity, shared)
     else:
         kept = everything(layout, 'asked for with effects="all"')
+    if hides_multipliers(layout, kept):
+        assemble(network, report, outputs, "all")  # refuse what is redundant or undetermined, also where nothing moves
     begin = _start(layout)
     sharing = shared.without(kept.dropped, begin)
     rotations = _rotations(layout, whole, points if heavy else None, outputs)

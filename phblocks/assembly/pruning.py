@@ -12,7 +12,7 @@ from phblocks.assembly.entries import Entries
 from phblocks.assembly.layout import Layout
 from phblocks.assembly.points import Points
 from phblocks.assembly.reachable import Reach, find_reach
-from phblocks.blocks.form import AngleRows
+from phblocks.blocks.form import NO_ENERGY, AngleRows
 from phblocks.frames import Turn, snapped
 from phblocks.system import Sharing
 from phblocks.triplets import Floats, Ints, Triplets
@@ -205,3 +205,31 @@ def prune(layout: Layout, joints: Entries, points: Points, gravity: Floats, shar
         return everything(layout, "nothing excites the diagram: computed as a whole, for a start or for modes")
     dropped = reach.dropped()[reach.components.of_coordinate]
     return Kept(dropped, ~reach.reached.mask[reach.theta], reach)
+
+
+def hides_multipliers(layout: Layout, kept: Kept) -> bool:
+    """Tell whether states are left out that neither store nor lose: constraints among them are to be checked first.
+
+    Parameters
+    ----------
+    layout : Layout
+        Numbering and orientations.
+    kept : Kept
+        What is computed.
+
+    Returns
+    -------
+    bool
+        False for a diagram without multipliers, transformers and the like in what is left out.
+    """
+    if not kept.dropped.any():
+        return False
+    for name, form in layout.forms.items():
+        out = kept.dropped[layout.first_state[name] : layout.first_state[name] + form.size]
+        if not out.any():
+            continue
+        bare = np.repeat([run.energy == NO_ENERGY for run in form.runs], [run.positions.size for run in form.runs])
+        bare[form.R.indices[0]] = False
+        if (bare & out).any():
+            return True
+    return False

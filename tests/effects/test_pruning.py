@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from phblocks.errors import DataError, PrunedError, UnknownNameError
+from phblocks.errors import ConstraintError, DataError, PrunedError, UnknownNameError
 from phblocks.triplets import Triplets
 
 BAR = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
@@ -272,6 +272,21 @@ def test_custom_energy_at_rest_is_pruned_and_prestressed_is_not():
         assert not system.quadratic and "duffing" in {b for b, _ in fields(system)}
         energy = ph.simulate(system, 1e-3, 1e-4).energy.total
         assert energy[0] == pytest.approx(ph.simulate(d.compile(effects="all"), 1e-3, 1e-4).energy.total[0])
+
+
+def test_what_is_redundant_is_refused_also_where_nothing_moves():
+    def idle(pins):
+        d, _ = pulled()
+        a, b = (d.add(ph.RigidBody(n, 1.0, 0.1, (9.0, 0.0), {"p": (0.0, 0.5)})) for n in "ab")
+        d.pin(a.centre, b.centre, multiplier=True)
+        if pins == 2:
+            d.weld(a["p"], b["p"], multiplier=True)
+        return d
+
+    assert idle(1).compile().n == pulled()[0].compile().n
+    for effects in ("auto", "all"):
+        with pytest.raises(ConstraintError, match="expected constraints that do not follow from each other"):
+            idle(2).compile(effects=effects)
 
 
 # --- starts and inputs that would move what is left out ---------------------------------------------------------------
