@@ -24,6 +24,7 @@ from phblocks.blocks.torsion import TorsionDamper, TorsionSpring
 from phblocks.blocks.transformer import Gyrator, Transformer
 from phblocks.causality import CausalityReport
 from phblocks.diagram import Diagram, load
+from phblocks.effects import Effect, EffectsReport
 from phblocks.errors import PhblocksError
 from phblocks.files.access import read
 from phblocks.files.stored import SavedRun
@@ -63,6 +64,8 @@ __all__ = [
     "Diagram",
     "DiscreteGradient",
     "Domain",
+    "Effect",
+    "EffectsReport",
     "Force",
     "GaussLegendre",
     "Gyrator",

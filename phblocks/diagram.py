@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phblocks.approximation import Requested, require_request
-from phblocks.assembly import Outputs, assemble, revalued
+from phblocks.assembly import Effects, Outputs, assemble, revalued
+from phblocks.assembly.approximation import approximated
+from phblocks.assembly.justification import justified
 from phblocks.blocks.block import Block
 from phblocks.blocks.checks import is_one_of, require_flag
 from phblocks.blocks.ground import Ground
 from phblocks.blocks.joints import RigidJoint
 from phblocks.causality import CausalityReport, assign_causality
 from phblocks.description import describe, draw, read_file, write_file
-from phblocks.effects.approximations import approximated
-from phblocks.effects.justification import justified
 from phblocks.errors import (
     ArgumentTypeError,
     DataError,
@@ -368,7 +368,9 @@ class Diagram:
         """
         return assign_causality(approximated(self.network))
 
-    def compile(self, outputs: Outputs = "all", approximation: Requested | None = None) -> System:
+    def compile(
+        self, outputs: Outputs = "all", effects: Effects = "auto", approximation: Requested | None = None
+    ) -> System:
         """Assemble the diagram.
 
         Parameters
@@ -376,6 +378,11 @@ class Diagram:
         outputs : {"all", None}, optional
             "all" keeps orientations and positions of all blocks for reading; ``None`` keeps only what the
             physics needs (orientations where frames turn against each other, positions where gravity acts).
+        effects : {"auto", "all"}, optional
+            "auto" leaves out what is proven to stay zero, whatever happens to what is exposed: components of fields
+            that nothing excites, angles that nothing turns. ``system.effects`` says what and why. "all" computes
+            everything, as for a start that moves something else, or modes that nothing excites. A diagram that
+            nothing excites is computed as a whole.
         approximation : Approximation or mapping, optional
             What is left out in blocks that do not say so themselves, in all of them or by the name of the block;
             nothing by default.
@@ -415,8 +422,8 @@ class Diagram:
             exposed=list(self.network.exposed),
             junction_of=dict(self.network.junction_of),
         )
-        again = partial(_compiled_with, now, outputs, approximation)
-        return replace(justified(assemble(network, report, outputs)), remake=again)
+        again = partial(_compiled_with, now, outputs, effects, approximation)
+        return replace(justified(assemble(network, report, outputs, effects)), remake=again)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the diagram to a JSON file, which :func:`load` reads and editors may write.
@@ -593,13 +600,13 @@ class Diagram:
 
 
 def _compiled_with(
-    network: Network, outputs: Outputs, approximation: Requested | None, values: Mapping[str, float]
+    network: Network, outputs: Outputs, effects: Effects, approximation: Requested | None, values: Mapping[str, float]
 ) -> System:
     """Compile a network with other values of its parameters."""
     other = approximated(revalued(network, values), approximation)
     report = assign_causality(other)
     report.raise_if_impossible()
-    return justified(assemble(other, report, outputs))
+    return justified(assemble(other, report, outputs, effects))
 
 
 def load(path: str | os.PathLike[str]) -> Diagram:

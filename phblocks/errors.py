@@ -158,6 +158,12 @@ class ApproximationError(PhblocksError, ValueError):
     code = "PH403"
 
 
+class PrunedError(PhblocksError, ValueError):
+    """A start or an input moves what the compilation proved to stay zero, and left out."""
+
+    code = "PH404"
+
+
 class ExportError(PhblocksError, ValueError):
     """A file cannot be written or read."""
 

@@ -16,6 +16,9 @@ from phblocks.triplets import Floats
 #: Rotation by a quarter turn; the derivative of a planar rotation at the identity.
 QUARTER: Floats = np.array([[0.0, -1.0], [1.0, 0.0]])
 
+#: Cosines and sines of this size are those of quarter turns, whose angle is no number of the machine.
+ROUND_OFF = 1e-15
+
 
 def rotate(angle: Floats, vectors: Floats) -> Floats:
     """Turn vectors by angles, from a frame into the one it is turned against.
@@ -34,6 +37,22 @@ def rotate(angle: Floats, vectors: Floats) -> Floats:
     """
     turned = np.asarray(angle)[..., None]
     return np.asarray(np.cos(turned) * vectors + np.sin(turned) * (vectors @ QUARTER.T))
+
+
+def snapped(value: float) -> float:
+    """Set a cosine or sine to zero that is zero up to the round-off of its angle.
+
+    Parameters
+    ----------
+    value : float
+        In [-1, 1].
+
+    Returns
+    -------
+    float
+        The value, or zero.
+    """
+    return value if abs(value) > ROUND_OFF else 0.0
 
 
 @dataclass(frozen=True)
@@ -94,14 +113,15 @@ class Turn:
         return Turn(self.places, self.weights, self.reference + angle)
 
     def matrix(self) -> Floats:
-        """Return the rotation matrix at the start.
+        """Return the rotation matrix at the start; quarter turns are exact.
 
         Returns
         -------
         numpy.ndarray
             Shape (2, 2).
         """
-        return math.cos(self.reference) * np.eye(2) + math.sin(self.reference) * QUARTER
+        cos, sin = (snapped(f(self.reference)) for f in (math.cos, math.sin))
+        return cos * np.eye(2) + sin * QUARTER
 
 
 NO_TURN = Turn((), (), 0.0)

@@ -68,6 +68,8 @@ class Drive:
         If a value has the wrong shape, an imposed velocity is missing, or a function raises an exception at once.
     ArgumentTypeError
         If the signals are not a mapping, or a value is not numbers.
+    PrunedError
+        If an input is not zero that was taken to be.
     """
 
     def __init__(self, system: System, signals: Mapping[str, Any]) -> None:
@@ -78,7 +80,8 @@ class Drive:
                 got=repr(signals),
                 fix='Write for instance inputs={"tip": (0.0, -1.0)}.',
             )
-        self._n = system.n_inputs
+        self._n, self._system = system.n_inputs, system
+        self._quiet = bool(system.pruning.quiet.size)
         spans: dict[str, list[int]] = {}
         for i, entry in enumerate(system.inputs):
             spans.setdefault(entry.exposure, []).append(i)
@@ -113,6 +116,7 @@ class Drive:
                     got="none",
                     fix="Give a constant or a function of time; 0.0 holds it.",
                 )
+        system.pruning.require_quiet(system, self._constant, "simulate inputs")
         for name, signal, span in self._signals:
             try:
                 value = signal(0.0)
@@ -140,6 +144,8 @@ class Drive:
 
         Raises
         ------
+        PrunedError
+            If it is not zero where that was taken for granted.
         NotFinite
             If a signal gives a value that is not finite.
         InputFailed
@@ -152,6 +158,8 @@ class Drive:
                     u[i, span] = self._value(name, signal(t), len(span), t)
                 except Exception as error:
                     raise InputFailed(t, name, error) from error
+                if self._quiet:
+                    self._system.pruning.require_quiet(self._system, u[i], f"simulate inputs at t = {t:g} s")
                 if not np.isfinite(u[i, span]).all():
                     raise NotFinite(t, name)
         return u

@@ -11,8 +11,8 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phblocks.assembly.justification import require_slow, warn_of_turns, watched
 from phblocks.blocks.checks import require_real
-from phblocks.effects.justification import require_slow, warn_of_turns, watched
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.files.journal import Journal
 from phblocks.files.settings import Settings
@@ -106,6 +106,8 @@ def simulate(
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError
         If the method does not keep the energy of the system, or cannot be saved while it runs.
+    PrunedError
+        If the start or an input moves what the system leaves out (``system.effects``).
     ApproximationError
         If large rotations are left out in a block that spins too fast for that.
     ResultFileError

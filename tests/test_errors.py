@@ -27,6 +27,7 @@ KINDS = {
     "StructureError": (ValueError, "PH401"),
     "MethodError": (ValueError, "PH402"),
     "ApproximationError": (ValueError, "PH403"),
+    "PrunedError": (ValueError, "PH404"),
     "ExportError": (ValueError, "PH501"),
     "ResultFileError": (ValueError, "PH502"),
     "ExtraMissingError": (ImportError, "PH503"),

@@ -13,7 +13,9 @@ from phblocks.system import Angles, Exchange
 from phblocks.triplets import Ints, Triplets
 
 
-def find_exchange(layout: Layout, pairs: Sequence[tuple[Port, Port]], place: Ints, n_theta: int) -> Exchange:
+def find_exchange(
+    layout: Layout, pairs: Sequence[tuple[Port, Port]], place: Ints, n_theta: int, lines: Ints
+) -> Exchange:
     """List what the ports of all connections give.
 
     Parameters
@@ -23,9 +25,11 @@ def find_exchange(layout: Layout, pairs: Sequence[tuple[Port, Port]], place: Int
     pairs : sequence of (Port, Port)
         The giving and the taking port of each connection.
     place : numpy.ndarray
-        New number of each rotation state, -1 if dropped.
+        New number of each rotation state, negative if dropped or zero.
     n_theta : int
         How many are kept.
+    lines : numpy.ndarray
+        New number of each line, -1 if it is not kept: no force is along it then.
 
     Returns
     -------
@@ -35,7 +39,7 @@ def find_exchange(layout: Layout, pairs: Sequence[tuple[Port, Port]], place: Int
     space = layout.network.space
     outputs: list[Triplets] = []
     turns: list[Turn] = []
-    lines: list[int] = []
+    along: list[int] = []
     members: tuple[list[tuple[int, int]], list[tuple[int, int]]] = ([], [])
     for number, pair in enumerate(pairs):
         for port, member in zip(pair, members, strict=True):
@@ -43,7 +47,7 @@ def find_exchange(layout: Layout, pairs: Sequence[tuple[Port, Port]], place: Int
                 turn = points if isinstance(points, Turn) and space.turns(port.domain.turns_with) else NO_TURN
                 member.append((number, len(turns)))
                 outputs.append(output.shifted(len(turns) * space.dimension, 0))
-                lines.append(-1 if isinstance(points, Turn) else points)
+                along.append(-1 if isinstance(points, Turn) else int(lines[points]))
                 turns.append(turn)
     rows = [(p, place[i], w) for p, t in enumerate(turns) for i, w in zip(t.places, t.weights, strict=True)]
     kept = np.array([row for row in rows if row[1] >= 0]).reshape(-1, 3)
@@ -57,7 +61,7 @@ def find_exchange(layout: Layout, pairs: Sequence[tuple[Port, Port]], place: Int
             Triplets.of(kept[:, 0], kept[:, 1], values=kept[:, 2]).csr((len(turns), n_theta)),
             np.array([t.reference for t in turns]),
         ),
-        line=np.array(lines, dtype=np.int64),
+        line=np.array(along, dtype=np.int64),
         giving=giving,
         taking=taking,
     )

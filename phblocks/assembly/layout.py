@@ -13,7 +13,7 @@ from phblocks.causality import CausalityReport
 from phblocks.frames import NO_TURN, Turn
 from phblocks.network import Junction, Network
 from phblocks.ports import ROTATION, Anchor, Port
-from phblocks.system import Input
+from phblocks.system import DROPPED, STILL, Input
 from phblocks.triplets import Floats, Ints, Triplets
 
 AXES = "xyz"
@@ -226,7 +226,7 @@ class Layout:
         Parameters
         ----------
         place : numpy.ndarray
-            New number of each rotation state, -1 if dropped.
+            New number of each rotation state, :data:`DROPPED`, or :data:`STILL` if it stays zero.
 
         Returns
         -------
@@ -237,8 +237,9 @@ class Layout:
         result = {}
         for anchor, turn in self._turns.items():
             places = place[np.array(turn.places, dtype=np.int64)]
-            if (places >= 0).all():
-                result[anchor.path] = (places, np.array(turn.weights), turn.reference)
+            if (places != DROPPED).all():
+                turning = places != STILL
+                result[anchor.path] = (places[turning], np.array(turn.weights)[turning], turn.reference)
         return result
 
 

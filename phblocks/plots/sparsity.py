@@ -139,9 +139,11 @@ def _mark_blocks(system: System, ax: Axes) -> None:
     edges = system.sharing.state_of(np.cumsum([0, *(run.positions.size for run in runs)])) - 0.5
     firsts = system.sharing.state_of(np.array([*(part.states.start for part in parts), parts[-1].states.stop]))
     borders = firsts[1:-1] - 0.5
+    wide = np.diff(edges) > 0.0  # fields of which states are left
     if len(runs) <= MOST_LABELS:
         for axis in (ax.xaxis, ax.yaxis):
-            axis.set_ticks(0.5 * (edges[1:] + edges[:-1]), [run.field for run in runs], fontsize=7)
+            centres = 0.5 * (edges[1:] + edges[:-1])
+            axis.set_ticks(centres[wide], [run.field for run, w in zip(runs, wide, strict=True) if w], fontsize=7)
             axis.set_tick_params(length=0)
         for edge in edges[1:-1]:
             ax.axhline(edge, color="0.9", linewidth=0.5, zorder=0)
@@ -152,7 +154,7 @@ def _mark_blocks(system: System, ax: Axes) -> None:
         ax.axvline(border, color="0.4", linewidth=0.8, zorder=1)
     if len(parts) <= MOST_LABELS:
         middles = 0.5 * (firsts[1:] + firsts[:-1] - 1)
-        names = [part.name for part in parts]
+        names = [part.name if w else "" for part, w in zip(parts, np.diff(firsts) > 0, strict=True)]
         top, right = ax.secondary_xaxis("top"), ax.secondary_yaxis("right")
         top.set_xticks(middles, names, fontsize=9)
         right.set_yticks(middles, names, fontsize=9, rotation=270, va="center")

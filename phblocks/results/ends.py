@@ -15,7 +15,7 @@ from phblocks.causality import Assignment, CausalityReport
 from phblocks.frames import rotate
 from phblocks.ports import Port
 from phblocks.results.recording import Recording
-from phblocks.system import Part, System
+from phblocks.system import DROPPED, STILL, Part, System
 from phblocks.triplets import Floats
 
 
@@ -141,7 +141,8 @@ class Ends:
             angle = reference + recording.theta[:, places] @ weights
         else:
             places = part.theta[frame.rows.indices[1]]
-            if (places < 0).any():
+            if (places == DROPPED).any():
                 return None
-            angle = frame.reference[0] + recording.theta[:, places] @ frame.rows.values
+            turning = places != STILL
+            angle = frame.reference[0] + recording.theta[:, places[turning]] @ frame.rows.values[turning]
         return rotate(angle, local)

@@ -441,6 +441,8 @@ class _Books:
         self._input_block_sum = _summing(block[self._input.indices[0]], self.n_blocks)
         self._damping = R.tocoo()
         self._damping_sum = _summing(block[self._damping.coords[0]], self.n_blocks)
+        moved = np.diff(system.point_velocity.indptr).reshape(-1, system.dimension)
+        self._moving = np.flatnonzero(moved.any(axis=1))  # points that anything moves
         points = [p.points.stop - p.points.start for p in system.parts]
         self._point_sum = _summing(np.repeat(np.arange(self.n_blocks), points), self.n_blocks)
 
@@ -491,7 +493,10 @@ class _Books:
         count, d = self.system.point_mass.size, self.system.dimension
         material = np.asarray((self.system.point_velocity @ z.T).T).reshape(len(z), count, d)
         angle = self.system.point_angles.at(theta.T).T
-        return rotate(angle, material)
+        if self._moving.size == count:
+            return rotate(angle, material)
+        material[:, self._moving] = rotate(angle[:, self._moving], material[:, self._moving])
+        return material
 
     def rates(self, theta: Floats, x: Floats, frozen: Floats, u: Floats, losses: list[Floats]) -> dict[str, Floats]:
         """Powers at the stages: through connections (by the matrices, and by the ports), inputs, dampings.

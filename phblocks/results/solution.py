@@ -96,6 +96,29 @@ class Solution(Readings):
         """
         return replace(self, recording=self.recording.sliced(times))
 
+    def state(self, name: str) -> Floats:
+        """Return the series of one state; of one that is left out (``system.effects``) what it stays.
+
+        Parameters
+        ----------
+        name : str
+            Such as ``"crank.V1[0]"``; those that are computed are in ``system.state_names``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times,).
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such state.
+        """
+        left_out = self.system.pruning.constants(self.system)
+        if isinstance(name, str) and name in left_out:
+            return np.full(self.t.size, left_out[name])
+        return super().state(name)
+
     @cached_property
     def labels(self) -> Labels:
         """The names of the system."""
@@ -406,7 +429,7 @@ class Solution(Readings):
         return history_of(self.system, self.recording, part)
 
     def _require_angles(self, part: Part) -> None:
-        if (part.theta < 0).any():
+        if not part.angles_known:
             raise UnknownNameError(
                 f"orientation of {part.name!r}",
                 expected="a system that keeps orientations",

@@ -5,11 +5,14 @@ from phblocks.system.constraints import consistent_start, find_constraints, requ
 from phblocks.system.exchange import Exchange
 from phblocks.system.linearization import Linearization
 from phblocks.system.lines import Lines
-from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
+from phblocks.system.parts import DROPPED, STILL, Connections, Guide, Input, Part, Site, State
+from phblocks.system.pruning import Pruning
 from phblocks.system.sharing import Sharing
 from phblocks.system.system import System
 
 __all__ = [
+    "DROPPED",
+    "STILL",
     "Angles",
     "Connections",
     "Exchange",
@@ -18,6 +21,7 @@ __all__ = [
     "Linearization",
     "Lines",
     "Part",
+    "Pruning",
     "Sharing",
     "Site",
     "State",

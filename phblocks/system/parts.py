@@ -13,6 +13,9 @@ from phblocks.ports import Place, Quantity
 from phblocks.system.exchange import Exchange
 from phblocks.triplets import Floats, Ints, Triplets
 
+#: Place of a rotation state that is not kept, and of one that is proven to stay zero.
+DROPPED, STILL = -1, -2
+
 
 @dataclass(frozen=True)
 class State:
@@ -50,7 +53,8 @@ class Part:
     states : slice
         Its coordinates among those of all blocks: its states in x, unless blocks share states (``system.sharing``).
     theta : numpy.ndarray
-        For each of its rotation states the place in theta, or -1 if it is not kept.
+        For each of its rotation states the place in theta, :data:`DROPPED` if it is not kept, :data:`STILL` if it
+        stays zero.
     points : slice
         Its material points among the tracked ones; empty if they are not tracked.
     """
@@ -65,6 +69,11 @@ class Part:
     def name(self) -> str:
         """Of the block."""
         return self.block.name
+
+    @property
+    def angles_known(self) -> bool:
+        """Whether its rotation states are kept, or known to stay zero."""
+        return bool((self.theta != DROPPED).all())
 
 
 @dataclass(frozen=True)

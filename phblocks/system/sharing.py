@@ -2,7 +2,8 @@
 
 Every block has coordinates of its own. Where ends that all give velocity are welded, those of one follow from those of
 another by a constant matrix, ``x_blocks = expansion x``; only the x are states of the system, and its matrices are
-``expansion^T (those of the blocks) expansion``: ordinary finite-element assembly.
+``expansion^T (those of the blocks) expansion``: ordinary finite-element assembly. Coordinates that are proven to stay
+what they are (zero, or a place) have a row of zeros, and stand in ``constant``.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -29,11 +31,15 @@ class Sharing:
     groups : tuple of tuple of int
         Numbers of the blocks that share states with each other, directly or through others; those that share none
         left out.
+    constant : numpy.ndarray
+        Shape (n_coordinates,): what coordinates are beside what follows from states; zero for those that are not left
+        out.
     """
 
     expansion: sp.csr_array
     kept: Ints
     groups: tuple[tuple[int, ...], ...]
+    constant: Floats
 
     @classmethod
     def of(cls, n: int, shared: Triplets, groups: Sequence[Sequence[int]]) -> Sharing:
@@ -59,12 +65,36 @@ class Sharing:
         number = np.cumsum(is_state) - 1
         rows, columns = shared.indices
         entries = [Triplets.of(kept, number[kept], values=1.0), Triplets((rows, number[columns]), shared.values)]
-        return cls(Triplets.join(entries).csr((n, kept.size)), kept, tuple(tuple(g) for g in groups))
+        expansion = Triplets.join(entries).csr((n, kept.size))
+        return cls(expansion, kept, tuple(tuple(g) for g in groups), np.zeros(n))
+
+    def without(self, dropped: NDArray[np.bool_], constant: Floats) -> Sharing:
+        """Leave coordinates out that stay what they are.
+
+        Parameters
+        ----------
+        dropped : numpy.ndarray
+            Shape (n_coordinates,): which; with a state all coordinates that follow from it.
+        constant : numpy.ndarray
+            Shape (n_coordinates,): what they are; others are not looked at.
+
+        Returns
+        -------
+        Sharing
+            With fewer states.
+        """
+        stay = ~dropped[self.kept]
+        return Sharing(
+            sp.csr_array(self.expansion[:, np.flatnonzero(stay)]),
+            self.kept[stay],
+            self.groups,
+            np.where(dropped, constant, 0.0),
+        )
 
     @property
     def trivial(self) -> bool:
         """Whether every coordinate is a state."""
-        return not self.groups
+        return bool(self.kept.size == self.constant.size)
 
     def state_of(self, coordinates: Ints) -> Ints:
         """Number coordinates that no other block shares.
@@ -92,9 +122,9 @@ class Sharing:
         Returns
         -------
         numpy.ndarray
-            Shape (n_coordinates,) or (times, n_coordinates); the same array if nothing is shared.
+            Shape (n_coordinates,) or (times, n_coordinates); the same array if every coordinate is a state.
         """
-        return x if self.trivial else np.asarray((self.expansion @ x.T).T)
+        return x if self.trivial else np.asarray((self.expansion @ x.T).T) + self.constant
 
     def of_block(self, x: Floats, coordinates: slice) -> Floats:
         """Find the coordinates of one block.
@@ -111,7 +141,9 @@ class Sharing:
         numpy.ndarray
             Shape (times, coordinates of the block).
         """
-        return x[:, coordinates] if self.trivial else np.asarray((self.expansion[coordinates] @ x.T).T)
+        if self.trivial:
+            return x[:, coordinates]
+        return np.asarray((self.expansion[coordinates] @ x.T).T) + self.constant[coordinates]
 
     def reduced(self, entries: Triplets, axes: Sequence[int]) -> Triplets:
         """Project entries on the states.
@@ -130,6 +162,12 @@ class Sharing:
         """
         if self.trivial:
             return entries
+        if not self.groups:
+            number = np.full(self.constant.size, -1)
+            number[self.kept] = np.arange(self.kept.size)
+            indices = [number[i] if axis in axes else i for axis, i in enumerate(entries.indices)]
+            stay = np.all([indices[axis] >= 0 for axis in axes], axis=0)
+            return Triplets(tuple(i[stay] for i in indices), entries.values[stay])
         for axis in axes:
             entries = entries.times(axis, self.expansion)
         return entries

@@ -47,6 +47,8 @@ def rigid_motion(
         If an argument is of the wrong kind.
     UnknownNameError
         If there is no such block.
+    PrunedError
+        If it moves what is left out (``system.effects``).
     """
     v, c, w = (
         _require(f"rigid_motion {name}", value, shape)
@@ -63,7 +65,8 @@ def rigid_motion(
     x = system.sharing.expand(system.start.x).copy()
     for part in system.parts if blocks is None else [system.part(name) for name in blocks]:
         x[part.states] += part.form.moving(v, float(w), c)
-    return State(x[system.sharing.kept], system.start.theta, system.start.points)
+    states = system.pruning.restricted(system, x[system.pruning.coordinates], "rigid_motion")
+    return State(states, system.start.theta, system.start.points)
 
 
 def _require(where: str, value: object, shape: tuple[int, ...]) -> Floats:
@@ -98,13 +101,18 @@ def require_state(system: System, state: State, where: str) -> State:
         If it is not a state, or not of numbers.
     DataError
         If an array has the wrong shape, or a value or the energy is not finite.
+    PrunedError
+        If it moves what the system leaves out.
     """
     if not isinstance(state, State):
         raise ArgumentTypeError(where, expected="a State", got=type(state).__name__, fix="Make a ph.State.")
     arrays = []
-    for name in ("x", "theta", "points"):
+    pruning = system.pruning
+    for name, whole in (("x", pruning.states), ("theta", pruning.rotations), ("points", None)):
         given, shape = getattr(state, name), getattr(system.start, name).shape
         value = real_array(given)
+        if whole is not None and value is not None and value.shape == whole.shape and whole.shape != shape:
+            shape = whole.shape  # those of the system with nothing left out
         if value is None:
             raise ArgumentTypeError(
                 f"{where}.{name}",
@@ -120,8 +128,14 @@ def require_state(system: System, state: State, where: str) -> State:
                 fix="Start from system.start and change what differs.",
             )
         arrays.append(value)
+    x, theta, points = arrays
+    if x.size != system.n:
+        x = pruning.restricted(system, x, where)
+    if theta.size != system.start.theta.size:
+        theta = pruning.turned(theta, where)
+    pruning.require_held(system, x, where)
     with np.errstate(all="ignore"):
-        energy = arrays[0] @ (system.E @ arrays[0])
+        energy = x @ (system.E @ x)
     if not np.isfinite(energy):
         raise DataError(
             f"{where}.x",
@@ -129,7 +143,7 @@ def require_state(system: System, state: State, where: str) -> State:
             got="one whose energy is too large for floating-point numbers",
             fix="Correct its largest value.",
         )
-    return State(*arrays)
+    return State(x, theta, points)
 
 
 def require_input(system: System, u: object, where: str) -> Floats:
@@ -155,5 +169,9 @@ def require_input(system: System, u: object, where: str) -> Floats:
         If it is not made of numbers.
     DataError
         If it has the wrong shape or a value is not finite.
+    PrunedError
+        If an input is not zero that was taken to be.
     """
-    return _require(where, u, (system.n_inputs,))
+    values = _require(where, u, (system.n_inputs,))
+    system.pruning.require_quiet(system, values, where)
+    return values

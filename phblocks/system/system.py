@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY
 from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
+from phblocks.effects import EffectsReport
 from phblocks.errors import UnknownNameError
 from phblocks.export import Matrices, write
 from phblocks.export.pymor import to_pymor
@@ -43,6 +44,7 @@ from phblocks.system.matrices import energy_form, matrices_at
 from phblocks.system.modulated import modulated, require_quadratic
 from phblocks.system.nonlinear import nonlinear_model, to_control
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
+from phblocks.system.pruning import Pruning, coordinate_names
 from phblocks.system.sharing import Sharing
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.system.symbolic import SymbolicSystem, symbolic
@@ -111,6 +113,10 @@ class System:
         The states that blocks share.
     report : object
         The causality report the system was assembled from.
+    pruning : Pruning
+        What is left out of the states, and what that rests on.
+    effects : EffectsReport
+        Every effect with what became of it: kept, pruned with the proof, or approximated.
     approximations : tuple of Effect
         What was left out on request, by block.
     remake : callable or None
@@ -146,6 +152,8 @@ class System:
     start: State
     sharing: Sharing
     report: object = field(repr=False)
+    pruning: Pruning
+    effects: EffectsReport
     approximations: tuple[Effect, ...] = ()
     remake: Callable[[Mapping[str, float]], System] | None = field(default=None, repr=False)
 
@@ -221,7 +229,7 @@ class System:
         return tuple(
             p.form.storage.shifted(int(place(np.array(p.states.start))))
             for p in self.parts
-            if p.form.storage is not None
+            if p.form.storage is not None and self.computes(p)
         )
 
     @cached_property
@@ -231,8 +239,28 @@ class System:
         return tuple(
             p.form.modulation.shifted(int(place(np.array(p.states.start))))
             for p in self.parts
-            if p.form.modulation is not None
+            if p.form.modulation is not None and self.computes(p)
         )
+
+    def computes(self, part: Part) -> bool:
+        """Tell whether all of a block is computed, nothing of it being left out.
+
+        Parameters
+        ----------
+        part : Part
+            The block.
+
+        Returns
+        -------
+        bool
+            False if some of its coordinates stay what they are.
+        """
+        return bool(np.isin(np.arange(part.states.start, part.states.stop), self._computed).all())
+
+    @cached_property
+    def _computed(self) -> Ints:
+        """The coordinates that follow from states."""
+        return np.flatnonzero(np.diff(self.sharing.expansion.indptr))
 
     @cached_property
     def R(self) -> sp.csr_array:
@@ -280,12 +308,7 @@ class System:
     @cached_property
     def state_names(self) -> tuple[str, ...]:
         """Name of each state: block, field, component and number along the block, such as ``crank.V1[0]``."""
-        names = [
-            f"{part.name}.{run.field}[{i}]"
-            for part in self.parts
-            for run in part.form.runs
-            for i in range(run.positions.size)
-        ]
+        names = coordinate_names(self.parts)
         return tuple(names[i] for i in self.sharing.kept)
 
     @cached_property
@@ -509,6 +532,9 @@ class System:
     def linearize(self, state: State | None = None, u: Floats | None = None) -> Linearization:
         """Linearise the equations of motion about a state.
 
+        From inputs to outputs it is that of the whole diagram. States that nothing excites and that are left out
+        (``system.effects``) are not among its states, so that motions of their own, stable or not, are not either.
+
         Parameters
         ----------
         state : State, optional
@@ -569,7 +595,10 @@ class System:
         ------
         DataError
             If n is not a positive integer, or a state or input does not fit.
+        PrunedError
+            If states were left out because nothing excites them: their modes would be missing.
         """
+        self.pruning.require_none(self, f"modes of system {self.name!r}")
         linear = self.linearize(state, u)
         if self.quadratic:
             return find_modes(linear.E, linear.A, n)
@@ -608,6 +637,8 @@ class System:
             If a value is not finite or has the wrong shape.
         UnknownNameError
             If there is no such block.
+        PrunedError
+            If it moves what is left out (``system.effects``).
         """
         return rigid_motion(self, velocity, spin, about, blocks)
 

@@ -53,7 +53,7 @@ def require_determined(system: System, constraints: Constraints) -> None:
     vectors = np.linalg.solve(vectors[:, pivots], vectors)
     vectors = np.where(np.abs(vectors) > SMALL * np.abs(vectors).max(), vectors, 0.0) * constraints.scale
     told = [_at_ports(system, vector) for vector in vectors]
-    of_blocks = system.sharing.expand(vectors)
+    of_blocks = (system.sharing.expansion @ vectors.T).T
     blocks = [part.name for part in system.parts if of_blocks[:, part.states].any()]
     calls = [name + made_by(system, name) for name in blocks]
     raise UndeterminedError(
@@ -90,7 +90,7 @@ def made_by(system: System, block: str) -> str:
 def _at_ports(system: System, vector: Floats) -> str:
     """What a vector of states is at the ports that give it, scaled to a largest value of one."""
     values: dict[str, Floats] = {}
-    coordinates = system.sharing.expand(vector)
+    coordinates = system.sharing.expansion @ vector
     for part in system.parts:
         n = coordinates[part.states]
         for name, port in part.form.ports.items() if n.any() else ():

@@ -235,7 +235,7 @@ def test_masses_in_one_place_are_one_mass():
     d.pin(s.end, c.centre)
     system = d.compile()
     assert [sorted(system.parts[i].name for i in group) for group in system.sharing.groups] == [["a", "b"]]
-    assert system.modes(1).frequencies[-1] == pytest.approx(np.sqrt(80.0 * (1 / 5 + 1)))
+    assert d.compile(effects="all").modes(1).frequencies[-1] == pytest.approx(np.sqrt(80.0 * (1 / 5 + 1)))
     solution = ph.simulate(system, 1.0, 0.01)
     np.testing.assert_allclose(solution.position(a.centre), solution.position(b.centre), atol=1e-13)
     assert solution.position(a.centre)[-1, 1] == pytest.approx(-0.5 * 9.81, rel=1e-9)

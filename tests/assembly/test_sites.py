@@ -43,7 +43,7 @@ def test_a_rail_that_is_carried():
     """What is moved from outside has a place too: the mass is lifted with the rail and coasts along it."""
     d, mass, slider = rail()
     d.connect(slider.first, d.add(ph.Velocity("lift", (0.3, 0.4))).port)
-    system = d.compile()
+    system = d.compile(effects="all")
     solution = ph.simulate(system, t_end=1.0, dt=0.1, start=system.rigid_motion((2.0, 0.4)))
     np.testing.assert_allclose(solution.position(mass.centre)[-1], [3.0, 2.4], atol=1e-13)
     np.testing.assert_allclose(solution.closure("velocity")["rail"], 0.0, atol=1e-13)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from tests.benchmarks import compilation, newton_iteration, tables
+from tests.benchmarks import compilation, effects, newton_iteration, tables
 
 
 def test_an_iteration_is_measured():
@@ -80,6 +80,17 @@ def test_diagrams_are_made():
     for make in (compilation.chain, compilation.truss):
         d = make(8)
         assert len(d.network.blocks) == 9 and d.check().ok
+
+
+def test_finding_effects_is_measured():
+    states, check, whole, part = compilation.measure(compilation.chain, 8, rounds=1)
+    assert states == 8 * 15 and check > 0.0 and 0.0 < part < whole
+
+
+def test_pruned_runs_are_measured():
+    for make in effects.SCENES.values():
+        unknowns, times = effects.measure(make, 4, steps=5, rounds=1)
+        assert 0 < unknowns[0] < unknowns[1] and min(times) > 0.0
 
 
 def test_tables_are_markdown():

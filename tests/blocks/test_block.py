@@ -59,7 +59,7 @@ class Ball(Block):
 def test_a_ball_falls():
     d = ph.Diagram(gravity=(0.0, -10.0))
     ball = d.add(Ball("ball", 2.0, (1.0, 3.0)))
-    system = d.compile()
+    system = d.compile(effects="all")
     assert system.linear and system.state_names == ("ball.V1[0]", "ball.V2[0]")
     solution = ph.simulate(system, t_end=1.0, dt=0.125)
     np.testing.assert_allclose(ball.read(solution), np.stack([1.0 + 0 * solution.t, 3.0 - 5.0 * solution.t**2], axis=1))

@@ -12,7 +12,7 @@ def pushed(force, follows=False, spin=0.0):
     body = d.add(ph.RigidBody("body", 2.0, 0.5, (0.0, 0.0)))
     push = d.add(ph.Force("push", force, follows=follows))
     d.connect(push.port, body.centre.translation)
-    system = d.compile()
+    system = d.compile(effects="all")  # a start may spin the body, which the force alone does not
     return body, ph.simulate(system, t_end=1.0, dt=0.01, start=system.rigid_motion(spin=spin))
 
 

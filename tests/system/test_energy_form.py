@@ -85,7 +85,7 @@ def test_spans_are_left_out_and_gravity_stays():
     spring = d.add(ph.Spring("spring", 50.0, (0.0, 0.0), (0.0, -1.0)))
     d.pin(spring.start, d.ground)
     d.pin(spring.end, mass.centre)
-    m = d.compile().matrices(energy_variables=True)
+    m = d.compile(effects="all").matrices(energy_variables=True)
     assert len(m.state_names) == 3 and m.state_units == ("J/(m/s)", "J/(m/s)", "J/N")
     np.testing.assert_allclose(m.f0, [0.0, -20.0, 0.0])
     np.testing.assert_allclose(m.Q.toarray(), np.diag([0.5, 0.5, 50.0]))

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from phblocks.effects.approximations import requested
+from phblocks.assembly.approximation import requested
 from phblocks.errors import ApproximationError, ApproximationWarning
 from phblocks.system import Part, State, System
 from phblocks.triplets import Floats, real_array
@@ -47,7 +47,7 @@ def justified(system: System) -> System:
     record = requested(system)
     if not record:
         return system
-    system = replace(system, approximations=record)
+    system = replace(system, approximations=record, effects=system.effects.joined(record))
     known = [0.0 if i.signal is None or callable(i.signal) else _number(i.signal) for i in system.inputs]
     require_slow(system, system.start, np.array(known))
     return system

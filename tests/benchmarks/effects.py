@@ -1,0 +1,114 @@
+"""Time of a run with what is proven to stay zero left out, divided by that of the run with everything.
+
+The two alternate in one process, so that a drift of the machine's speed meets both alike. Time should fall at least as
+the unknowns do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from time import perf_counter
+
+import phblocks as ph
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from tests.benchmarks.tables import machine, markdown, write
+
+BAR = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
+
+
+def rod(elements: int) -> ph.Diagram:
+    """Pull a bar at its end: V1 and N1 are left of six fields."""
+    d = ph.Diagram("rod")
+    bar = d.add(ph.Beam("bar", BAR, (0.0, 0.0), (2.0, 0.0), elements))
+    d.weld(d.ground, bar.start)
+    d.connect(bar.end.translation, d.add(ph.Force("F", (1e3, 0.0))).port)
+    return d
+
+
+def hanging(elements: int) -> ph.Diagram:
+    """Hang two bars below each other under their weight: V1 and N1 are left, and no angle turns."""
+    d = ph.Diagram("hanging", gravity=(0.0, -9.81))
+    high = d.add(ph.Beam("high", BAR, (0.0, 0.0), (0.0, -1.0), elements // 2))
+    low = d.add(ph.Beam("low", BAR, (0.0, -1.0), (0.0, -2.0), elements // 2))
+    d.pin(d.ground, high.start)
+    d.pin(high.end, low.start)
+    return d
+
+
+def shaft(discs: int) -> ph.Diagram:
+    """Turn discs on a shaft of torsion springs: W3 and M3 are left, the discs do not travel."""
+    d = ph.Diagram("shaft")
+    wheels = [d.add(ph.RigidBody(f"disc{i}", 2.0, 0.5, (float(i), 0.0))) for i in range(discs)]
+    springs = [d.add(ph.TorsionSpring(f"spring{i}", 40.0)) for i in range(discs)]
+    d.connect(d.ground.rotation, springs[0].first)
+    moment = d.add(ph.Moment("M", 1.0)).port
+    for wheel, left, right in zip(wheels, springs, [*(s.first for s in springs[1:]), moment], strict=True):
+        d.connect(wheel.centre.rotation, left.second, right)
+    return d
+
+
+def half_at_rest(elements: int) -> ph.Diagram:
+    """Shake one four-bar linkage beside another one that nothing moves: half of the blocks are left."""
+    d = ph.Diagram("half at rest")
+    for name, shift in (("driven", 0.0), ("idle", 10.0)):
+        places = [(shift, 0.5), (shift + 2.0, 1.5), (shift + 3.5, 1.5), (shift + 2.5, 0.5)]
+        bars = [
+            d.add(ph.Beam(f"{name} {i}", BAR, p, q, max(2, elements // 3))) for i, (p, q) in enumerate(pairwise(places))
+        ]
+        for first, second in zip([d.ground, *(b.end for b in bars)], [*(b.start for b in bars), d.ground], strict=True):
+            d.pin(first, second)
+        if name == "driven":
+            d.connect(bars[0].start.rotation, d.add(ph.Moment("M", 50.0)).port)
+    return d
+
+
+SCENES: dict[str, Callable[[int], ph.Diagram]] = {
+    "pulled bar": rod,
+    "hanging bars": hanging,
+    "turned shaft": shaft,
+    "one of two linkages": half_at_rest,
+}
+
+
+def measure(
+    make: Callable[[int], ph.Diagram], size: int, steps: int = 200, rounds: int = 7, dt: float = 1e-4
+) -> tuple[tuple[int, int], tuple[float, float]]:
+    """Return unknowns and median times of the loop (s), pruned and whole."""
+    systems = [make(size).compile(effects=effects) for effects in ("auto", "all")]
+    times: tuple[list[float], list[float]] = ([], [])
+    for _ in range(rounds):
+        for system, spent in zip(systems, times, strict=True):
+            begin = perf_counter()
+            solution = ph.simulate(system, steps * dt, dt, save_every=steps, progress=False)
+            assert solution.status.ok and perf_counter() > begin
+            spent.append(solution.statistics.loop_seconds)
+    unknowns = (systems[0].n, systems[1].n)
+    return unknowns, (statistics.median(times[0]), statistics.median(times[1]))
+
+
+def main() -> None:
+    """Measure all scenes in three sizes."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--write", action="store_true", help="put the table into docs/effects.md")
+    arguments = parser.parse_args()
+    rows = []
+    for name, make in SCENES.items():
+        for size in (12, 120, 1200):
+            (few, all_), (mine, whole) = measure(make, size, steps=200 if size < 1000 else 50)
+            ratios = [f"{few / all_:.2f}", f"{mine / whole:.2f}"]
+            rows.append([name, str(size), str(few), str(all_), f"{1e3 * mine:.1f}", f"{1e3 * whole:.1f}", *ratios])
+    header = ["scene", "elements or discs", "unknowns", "of", "loop, ms", "of", "unknowns, ratio", "time, ratio"]
+    table = markdown(header, rows)
+    print(table, machine(), sep="\n\n")
+    if arguments.write:
+        write("effects.md", "pruning", table)
+
+
+if __name__ == "__main__":
+    main()
