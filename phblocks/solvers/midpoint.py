@@ -24,8 +24,8 @@ class Midpoint:
     With ``z = (x_n + x_{n+1}) / 2`` it solves ``2/dt E (z - x_n) = (J(z, theta_mid) - R) z + ...`` and sets
     ``x_{n+1} = 2 z - x_n``, so that ``H_{n+1} - H_n = dt (y^T u - z^T R z)`` whatever the step. Orientations,
     ``theta_mid = theta_n + dt/2 theta'(z)``, are eliminated from the unknowns. States without energy (multipliers,
-    the states of stateless parts) have no rate: what is reported for them at the end of a step is their value over
-    the step.
+    the states of stateless parts) have no rate: a step knows their value in its middle, and what is reported at its
+    end is the mean with the next one.
 
     Conserved: the balance of energies that are quadratic in the states, whatever the step; elongation and length of
     springs change alike. Momenta to second order only. Cost of a step: one evaluation of the Jacobian, one banded

@@ -24,4 +24,4 @@ def test_code_runs(tmp_path, monkeypatch, capsys):
     for line in table.splitlines():
         shown = line.removesuffix(", ...")
         assert any(real.startswith(shown) for real in lines), line
-    assert "[PH403]" in printed
+    assert "[PH404]" in printed
