@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from phblocks.studies.run import Run
 from phblocks.studies.work_precision import WorkPrecisionStudy
 
-COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "gold", "yellowgreen", "tab:pink")
+COLOURS = ("tab:blue", "tab:orange", "tab:green", "tab:red", "tab:purple", "olive", "teal", "tab:pink")
 MARKERS = {1: "o", 2: "s", 3: "D", 4: "^"}
 
 
