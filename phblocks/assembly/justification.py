@@ -129,7 +129,7 @@ def _imposes_spin(system: System, number: int) -> bool:
 
 def _first_frequency(system: System, part: Part) -> float | None:
     """The lowest frequency of a mode that the block takes part in, rad/s."""
-    modes, E = system.modes(MODES), part.form.E.csr((part.form.size,) * 2)
+    modes, E = system.excited_modes(MODES), part.form.E.csr((part.form.size,) * 2)
     share = np.zeros(modes.frequencies.size)
     for shapes in (modes.shapes.real, modes.shapes.imag):  # of unit energy
         own = system.sharing.of_block(shapes[: system.n].T, part.states)

@@ -16,7 +16,7 @@ from phblocks.space import PLANAR, Space
 class _Torsion(Lumped):
     """Two rotation ports, ``first`` and ``second``, and a moment M between them, positive if it turns first forward."""
 
-    kind: ClassVar[str]
+    called: ClassVar[str]
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -31,7 +31,7 @@ class _Torsion(Lumped):
     def _replaced(self, other: _Torsion, whole: _Torsion, inner: tuple[Port, Port]) -> Replacement:
         """The part from the outer port of this one to that of the other."""
         outer = (self._opposite(inner[0]), other._opposite(inner[1]))
-        what = f"make one {self.kind} of {self.name!r} and {other.name!r} in series"
+        what = f"make one {self.called} of {self.name!r} and {other.name!r} in series"
         return Replacement(whole, dict(zip(outer, (whole.first, whole.second), strict=True)), what)
 
     def _opposite(self, port: Port) -> Port:
@@ -70,7 +70,7 @@ class TorsionSpring(_Torsion):
         If an argument is of the wrong kind.
     """
 
-    kind = "torsion spring"
+    called = "torsion spring"
 
     def __init__(self, name: str, stiffness: float, twist: float = 0.0) -> None:
         super().__init__(name)
@@ -142,7 +142,7 @@ class TorsionDamper(_Torsion):
         If an argument is of the wrong kind.
     """
 
-    kind = "torsion damper"
+    called = "torsion damper"
 
     def __init__(self, name: str, damping: float) -> None:
         super().__init__(name)

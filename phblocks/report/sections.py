@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from contextlib import suppress
 from html import escape
 from typing import Any
@@ -10,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from phblocks.causality import CausalityReport
-from phblocks.effects.record import Effect
 from phblocks.errors import UnknownNameError
 from phblocks.plots.diagram import diagram
 from phblocks.plots.energy import energy
@@ -80,16 +78,11 @@ def effects(solution: Solution) -> str:
     Returns
     -------
     str
-        HTML, of ``system.effects`` if the system has such a record, else of ``system.approximations``; empty if there
-        is nothing to tell.
+        HTML, of ``system.effects``.
     """
-    told: Any = getattr(solution.system, "effects", None) or solution.system.approximations
-    if not told:
-        return ""
-    effects = list(told) if isinstance(told, Iterable) else []
-    if not all(isinstance(effect, Effect) for effect in effects):
-        return f"<pre>{escape(str(told))}</pre>"
-    rows: list[list[Cell]] = [[e.block or "the whole", e.name, e.status, e.states, e.reason] for e in effects]
+    rows: list[list[Cell]] = [
+        [e.block or "the whole", e.name, e.status, e.states, e.reason] for e in solution.system.effects
+    ]
     return table(("block", "effect", "status", "states", "why"), rows, "effects-table")
 
 

@@ -599,6 +599,30 @@ class System:
             If states were left out because nothing excites them: their modes would be missing.
         """
         self.pruning.require_none(self, f"modes of system {self.name!r}")
+        return self.excited_modes(n, state, u)
+
+    def excited_modes(self, n: int, state: State | None = None, u: Floats | None = None) -> Modes:
+        """Find the lowest natural frequencies among the motions that something excites.
+
+        Parameters
+        ----------
+        n : int
+            How many; fewer are returned if there are fewer.
+        state : State, optional
+            About which; the start by default.
+        u : numpy.ndarray, optional
+            Inputs there, shape (n_inputs,); zero by default.
+
+        Returns
+        -------
+        Modes
+            As of :meth:`modes`, but without those of states that ``effects`` says are left out.
+
+        Raises
+        ------
+        DataError
+            If n is not a positive integer, or a state or input does not fit.
+        """
         linear = self.linearize(state, u)
         if self.quadratic:
             return find_modes(linear.E, linear.A, n)

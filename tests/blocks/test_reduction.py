@@ -50,7 +50,7 @@ def test_what_a_block_says_wins_over_the_diagram():
     d = ph.Diagram("two", gravity=(0.0, -9.81))
     d.add(ph.Mass("heavy", 2.0, (0, 0), approximation=ph.Approximation()))
     light = d.add(ph.Mass("light", 2.0, (1, 0)))
-    system = d.compile(approximation=WEIGHTLESS)
+    system = d.compile(approximation=WEIGHTLESS, effects="all")
     assert system.gravity_force().tolist() == [0.0, -2.0 * 9.81, 0.0, 0.0]
     assert light.approximation is None  # the user's block is as it was
 

@@ -40,7 +40,7 @@ def check(diagram, approximation, seed, counter):
         return
     counter["all"] += 1
     try:
-        system = diagram.compile(approximation=approximation)
+        system = diagram.compile(approximation=approximation, effects="all")  # starts move everything
     except ph.PhblocksError as error:  # a redundant constraint, a body that is held twice
         counter[type(error).__name__] += 1
         assert_error_helps(error)

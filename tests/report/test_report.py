@@ -9,7 +9,7 @@ import pytest
 import phblocks as ph
 
 VOID = {"meta", "input", "br", "img", "link", "hr"}
-SECTIONS = ["diagram", "motion", "causality", "energies", "health", "cost"]
+SECTIONS = ["diagram", "motion", "causality", "effects", "energies", "health", "cost"]
 
 
 class Page(HTMLParser):
@@ -168,15 +168,14 @@ def test_effects_left_out_are_told(four_bar, tmp_path):
     solution = ph.simulate(system, t_end=0.05, dt=0.01)
     page = Page(solution.report(tmp_path / "x.html").read_text(encoding="utf-8"))
     _, *rows = page.tables["effects-table"]
-    assert rows == [[e.block or "the whole", e.name, e.status, e.states, e.reason] for e in system.approximations]
+    assert rows == [[e.block or "the whole", e.name, e.status, e.states, e.reason] for e in system.effects]
+    assert {e.name for e in system.effects.select(status="approximated")} == {"shear"}
 
 
-def test_what_others_say_of_effects_and_health_is_shown(solution, tmp_path, monkeypatch):
-    monkeypatch.setattr(type(solution.system), "effects", ("kept: <shear>",), raising=False)
+def test_what_others_say_of_health_is_shown(solution, tmp_path, monkeypatch):
     monkeypatch.setattr(type(solution), "health", "a warning", raising=False)
     page = Page(solution.report(tmp_path / "x.html").read_text(encoding="utf-8"))
-    assert "effects" in page.ids
-    assert page.texts["pre"] == "('kept: <shear>',)a warning"
+    assert page.texts["pre"] == "a warning"
 
 
 def test_wrong_arguments(solution, tmp_path):
