@@ -473,13 +473,12 @@ def solve(
         goal = tolerance * size
         if now == 0.0 or (ratio < 0.5 and now * ratio <= goal * (1.0 - ratio)):
             return CONVERGED, iteration
-        if ratio > 0.5:
-            near = now <= 1e-8 * (np.sqrt(whole) if size <= held * np.sqrt(whole) else size)
-            left = 0.0
+        if ratio > 0.5 and now <= 1e-8 * (np.sqrt(whole) if size <= held * np.sqrt(whole) else size):
+            squares = 0.0
             for i in range(n):
                 for s in range(stages):
-                    left += residual[i, s] * residual[i, s]
-            if np.sqrt(left) <= (1e3 if near else 1.0) * find_noise(z, dt, equation, method, step, work):
+                    squares += residual[i, s] * residual[i, s]
+            if np.sqrt(squares) <= 1e3 * find_noise(z, dt, equation, method, step, work):
                 return CONVERGED, iteration
         if kept and iteration == 1:
             age = 0

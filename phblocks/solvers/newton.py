@@ -261,12 +261,8 @@ class _Progress:
         return self.ratio < 1.0 or self.ratio == np.inf
 
     def at_floor(self, z: Floats, residual: Floats) -> bool:
-        """Say whether the residual is round-off: no further iteration can improve z.
-
-        Where large forces without energy hold small states, updates are round-off of these forces and say nothing; a
-        residual below the round-off of its own terms does.
-        """
+        """Say whether the residual is round-off: no further iteration can improve z."""
         # where joints hold everything, the states with energy are nothing but round-off of the joints' forces
-        whole, left, noise = float(np.linalg.norm(z)), float(np.linalg.norm(residual)), self._stage.round_off(z)
+        whole = float(np.linalg.norm(z))
         near = self.change <= 1e-8 * (whole if self.size <= HELD * whole else self.size)
-        return left <= (1e3 * noise if near else noise)
+        return near and bool(np.linalg.norm(residual) <= 1e3 * self._stage.round_off(z))

@@ -13,10 +13,6 @@ import phblocks as ph
 #: Scenes of full length are run where this is set (``PHBLOCKS_FULL=1``), and recorded in the table.
 FULL = os.environ.get("PHBLOCKS_FULL") == "1"
 
-#: What balances at least in a scene that does not hold, of the energy moved or of one joule: round-off of forces of joints
-#: that are six orders of magnitude larger than what they hold (measured: 1.1e-9).
-BALANCE_OF_OPEN = 1e-8
-
 Tier = Literal["always", "slow", "full"]
 
 
@@ -91,7 +87,7 @@ def assert_holds(scene: Scene) -> None:
     if scene.open:
         for run in outcome.runs:
             assert run.status.ok or (run.status.name == "step failed" and run.status.time is not None), run.status
-            assert run.max_power_balance_error <= BALANCE_OF_OPEN * max(1.0, energy_moved(run))
+            assert run.max_power_balance_error <= 1e-10 * max(1.0, energy_moved(run))
         return
     missed = [str(check) for check in outcome.checks if not check.holds]
     assert not missed, missed
