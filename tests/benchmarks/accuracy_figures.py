@@ -7,6 +7,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullLocator
 
 from phblocks.studies.run import Run
 from phblocks.studies.work_precision import WorkPrecisionStudy
@@ -69,6 +70,9 @@ def draw(
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.grid(alpha=0.3)
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.xaxis.set_minor_locator(NullLocator())
+        ax.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
     low, high = axes["error"].get_ylim()
     known = rows[0].reference_uncertainty if rows else 0.0
     if known > low:
