@@ -11,12 +11,14 @@ from tests.benchmarks import compilation, effects, newton_iteration, tables
 
 
 def test_an_iteration_is_measured():
+    pytest.importorskip("numba")
     unknowns, width, ours, theirs = newton_iteration.measure((2, 2, 2), rounds=1)
     assert unknowns == ph.Midpoint().prepare(newton_iteration.build(elements=(2, 2, 2))[0].compile()).stage.n
     assert width <= 8 and min(ours) > 0.0 and theirs > 0.0
 
 
 def test_a_linear_step_is_measured():
+    pytest.importorskip("numba")
     unknowns, width, ours, theirs = newton_iteration.measure_linear((2, 2, 2), rounds=1)
     assert unknowns == newton_iteration.measure((2, 2, 2), rounds=1)[0]
     assert width <= 9 and min(ours) > 0.0 and theirs > 0.0
