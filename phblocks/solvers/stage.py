@@ -333,7 +333,7 @@ class StageEquation:
         force = self._rest_matrix @ x + self._weight
         force = force if u.ndim == 1 else np.repeat(force[:, None], u.shape[1], axis=1)
         if u.size:
-            force += self._inputs @ u + self._collect @ (self._kappa_input @ u)
+            force += self._by_inputs @ u
         return np.asarray(force)
 
     def matrix(self, mass_factor: float | complex) -> Floats:
@@ -350,6 +350,11 @@ class StageEquation:
             Its entries on the pattern.
         """
         return np.asarray(mass_factor * self.mass - self._rest)
+
+    @cached_property
+    def _by_inputs(self) -> sp.csr_array:
+        """Of a linear system: forces by inputs, directly and along directions that stay."""
+        return sp.csr_array(self._inputs + self._collect @ self._kappa_input)
 
     @cached_property
     def _rest_matrix(self) -> sp.csr_array:

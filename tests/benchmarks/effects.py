@@ -1,7 +1,7 @@
 """Time of a run with what is proven to stay zero left out, divided by that of the run with everything.
 
-The two alternate in one process, so that a drift of the machine's speed meets both alike. Time should fall at least as
-the unknowns do.
+And of a linear scene, made so by ``large_rotation=False``, beside the same scene as it is. The two alternate in one
+process, so that a drift of the machine's speed meets both alike. Time should fall at least as the unknowns do.
 """
 
 from __future__ import annotations
@@ -14,9 +14,13 @@ from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
 
+import numpy as np
+
 import phblocks as ph
+from phblocks.solvers.midpoint import MidpointStepper
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
+from examples.four_bar import build
 from tests.benchmarks.tables import machine, markdown, write
 
 BAR = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
@@ -92,6 +96,50 @@ def measure(
     return unknowns, (statistics.median(times[0]), statistics.median(times[1]))
 
 
+def cantilever(elements: int) -> ph.Diagram:
+    """Shake a Timoshenko cantilever across."""
+    section = ph.Section(axial=1200.0, shear=1200.0 / 3.12, bending=1.0, mass=1.0, rotary=1.0 / 1200.0)
+    d = ph.Diagram("cantilever")
+    beam = d.add(ph.Beam("beam", section, (0.0, 0.0), (1.0, 0.0), elements, degree=2))
+    d.weld(d.ground, beam.start)
+    d.connect(beam.end.translation, d.add(ph.Force("F", (0.0, 1e-3))).port)
+    return d
+
+
+LINEAR: dict[str, Callable[[], ph.Diagram]] = {
+    "Timoshenko cantilever, 200 elements": lambda: cantilever(200),
+    "four-bar near rest, 100/60/60": lambda: build((100, 60, 60))[0],
+    "Timoshenko cantilever, 2000 elements": lambda: cantilever(2000),
+}
+
+
+def measure_linear(
+    make: Callable[[], ph.Diagram], steps: int = 100, rounds: int = 5, dt: float = 2e-3
+) -> tuple[int, tuple[float, float], tuple[float, float]]:
+    """Return unknowns, medians of the loop per step (s), full and linear, and of a linear step and its solve."""
+    small = ph.Approximation(large_rotation=False, insist=True)
+    full, linear = (make().compile(approximation=a) for a in (None, small))
+    assert linear.linear and not full.linear
+    times: tuple[list[float], list[float]] = ([], [])
+    for _ in range(rounds):
+        for system, spent in zip((full, linear), times, strict=True):
+            spent.append(ph.simulate(system, steps * dt, dt, progress=False).statistics.loop_seconds / steps)
+    stepper = ph.Midpoint().prepare(linear)
+    assert isinstance(stepper, MidpointStepper)
+    x, theta, u = stepper.stage.pack(linear.start.x), linear.start.theta, np.zeros((1, linear.n_inputs))
+    solver, right = stepper.solver, np.random.default_rng(1).standard_normal(linear.n)
+    stepper.step(x, theta, dt, u)
+    functions = (lambda: stepper.step(x, theta, dt, u), lambda: solver.solve(right))
+    parts: tuple[list[float], list[float]] = ([], [])
+    for _ in range(20 * rounds):
+        for function, spent in zip(functions, parts, strict=True):
+            begin = perf_counter()
+            function()
+            spent.append(perf_counter() - begin)
+    loop, alone = ((statistics.median(a), statistics.median(b)) for a, b in (times, parts))
+    return linear.n, loop, alone
+
+
 def main() -> None:
     """Measure all scenes in three sizes."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -108,6 +156,16 @@ def main() -> None:
     print(table, machine(), sep="\n\n")
     if arguments.write:
         write("effects.md", "pruning", table)
+    rows = []
+    for name, draw in LINEAR.items():
+        n, (full, loop), (step, solve) = measure_linear(draw)
+        numbers = [f"{1e3 * t:.3f}" for t in (full, loop, step, solve)]
+        rows.append([name, str(n), *numbers, f"{full / loop:.1f}", f"{step / solve:.2f}"])
+    header = ["scene", "unknowns", "nonlinear, ms a step", "linear", "linear, step alone", "back-substitution"]
+    table = markdown([*header, "times faster", "step by back-substitution"], rows)
+    print(table, machine(), sep="\n\n")
+    if arguments.write:
+        write("effects.md", "linear", table)
 
 
 if __name__ == "__main__":

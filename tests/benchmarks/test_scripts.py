@@ -93,5 +93,10 @@ def test_pruned_runs_are_measured():
         assert 0 < unknowns[0] < unknowns[1] and min(times) > 0.0
 
 
+def test_linear_runs_are_measured():
+    unknowns, (full, loop), (step, solve) = effects.measure_linear(lambda: effects.cantilever(2), steps=5, rounds=1)
+    assert unknowns == 20 and min(full, loop, step, solve) > 0.0
+
+
 def test_tables_are_markdown():
     assert tables.markdown(["a", "b"], [["1", "2"]]).splitlines() == ["| a | b |", "| --- | --- |", "| 1 | 2 |"]
