@@ -149,7 +149,7 @@ def warn_of_turns(system: System, theta: Floats) -> None:
         Rotation states of a run, shape (times, n_theta), rad.
     """
     for part in watched(system):
-        turned = np.abs(theta[:, part.theta]).max(initial=0.0)
+        turned = np.abs(part.turned(theta)).max(initial=0.0)
         if turned > SMALL_TURN:
             warnings.warn(
                 f"block {part.name!r} turned by {turned:.3g} rad, but was computed with large_rotation=False, which is "

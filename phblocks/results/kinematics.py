@@ -52,9 +52,7 @@ def history_of(system: System, recording: Recording, part: Part) -> History:
     History
         For the read-outs of its form.
     """
-    kept = np.flatnonzero(part.theta >= 0)
-    theta = np.zeros((recording.t.size, part.theta.size))  # rotation states that were not kept are not asked for
-    theta[:, kept] = recording.theta[:, part.theta[kept]]
+    theta = part.turned(recording.theta)  # rotation states that were not kept are not asked for
     tracked = part.points.stop > part.points.start
     x = system.sharing.of_block(recording.x, part.states)
     return History(x, theta, recording.points[:, part.points] if tracked else None)

@@ -189,8 +189,9 @@ class Solution(Readings):
         UnknownNameError
             If the orientation was not kept.
         """
-        if isinstance(target, Anchor) and s is None and target.path in self.system.anchor_angles:
-            places, weights, reference = self.system.anchor_angles[target.path]
+        known = self.system.anchor_angles.get(target.path) if isinstance(target, Anchor) and s is None else None
+        if known is not None and not self._frame_is_held(target):
+            places, weights, reference = known
             return np.asarray(reference + self.recording.theta[:, places] @ weights)
         part, place = self._target(target, s)
         self._require_angles(part)
@@ -436,6 +437,13 @@ class Solution(Readings):
                 got="one compiled without",
                 fix='Compile with outputs="all".',
             )
+
+    def _frame_is_held(self, anchor: Target) -> bool:
+        """Whether the frame of an anchor stays as it is at the start, though its block turns."""
+        if not isinstance(anchor, Anchor) or anchor.block.shared:
+            return False
+        part = self.system.part(anchor.block.name)
+        return part.form.frozen and part.theta.size > 0 and anchor.turns
 
     def _part(self, block: Block) -> Part:
         part = self.system.part(block.name)

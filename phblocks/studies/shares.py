@@ -110,9 +110,9 @@ def effect_shares(solution: Solution) -> EffectShares:
     rows = []
     for number, part in enumerate(system.parts):
         energies = _energies(solution, part)
-        turned = np.abs(solution.recording.theta[:, part.theta])
+        turned = np.abs(part.turned(solution.recording.theta))
         others: Mapping[str, tuple[float, str]] = {
-            "large_rotation": (float(turned.max()) if turned.size else math.nan, "turn (rad)"),
+            "large_rotation": (float(turned.max()) if turned.size and part.angles_known else math.nan, "turn (rad)"),
             "gravity": (_relative(float(potential[number]), whole), "potential energy"),
             "internal_damping": (_relative(float(ledger.dissipated[-1, number]), whole), "dissipated energy"),
         }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from phblocks.blocks.block import Block
@@ -74,6 +75,24 @@ class Part:
     def angles_known(self) -> bool:
         """Whether its rotation states are kept, or known to stay zero."""
         return bool((self.theta != DROPPED).all())
+
+    def turned(self, theta: Floats) -> Floats:
+        """Take its rotation states out of those of the system.
+
+        Parameters
+        ----------
+        theta : numpy.ndarray
+            Rotation states of the system, shape (times, n_theta), rad.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, rotation states of the block), rad; zero for those that stay zero or are not kept.
+        """
+        kept = self.theta >= 0
+        turned = np.zeros((len(theta), self.theta.size))
+        turned[:, kept] = theta[:, self.theta[kept]]
+        return turned
 
 
 @dataclass(frozen=True)

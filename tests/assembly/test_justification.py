@@ -107,3 +107,34 @@ def test_bodies_are_watched_too():
     system = d.compile()
     with pytest.warns(ApproximationWarning, match="'top' turned by 3 rad"):
         ph.simulate(system, 1.0, 0.1, start=system.rigid_motion(spin=3.0))
+
+
+def test_what_stays_still_is_not_named_for_the_turns_of_others():
+    """Its angles are no states: neither those of the disc beside it, nor any of a system without angles."""
+    d = ph.Diagram("bar and disc")
+    bar = d.add(ph.Beam("bar", ph.Section(1e6, 1e6, 1e3, 1.0, 1e-2), (0, 0), (1, 0), elements=2, approximation=LINEAR))
+    d.weld(bar.start, d.ground)
+    d.connect(bar.end.translation, d.add(ph.Force("pull", (1.0, 0.0))).port)
+    assert ph.simulate(d.compile(), 0.1, 0.05).status.ok
+    for i in range(2):  # as many angles as the numbers of angles that are none can point at
+        disc = d.add(ph.RigidBody(f"disc{i}", 1.0, 1.0, (5.0, 5.0)))
+        d.connect(disc.centre.rotation, d.add(ph.Moment(f"turn{i}", 8.0)).port)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solution = ph.simulate(d.compile(), 1.0, 0.1)
+    assert solution.angle(disc.centre)[-1] == pytest.approx(4.0)
+
+
+def test_small_turns_are_read_at_anchors_too():
+    """A moment on a disc and a force on a pinned bar: frames are held, what has turned is known all the same."""
+    d = ph.Diagram("small turns")
+    disc = d.add(ph.RigidBody("disc", 1.0, 2.0, (5.0, 5.0)))
+    d.connect(disc.centre.rotation, d.add(ph.Moment("turn", 0.2)).port)
+    stiff = ph.Section(axial=1e6, shear=1e6, bending=1e5, mass=1.0, rotary=1e-2)
+    beam = d.add(ph.Beam("beam", stiff, (0.0, 0.0), (1.0, 0.0), elements=2, degree=2))
+    d.pin(beam.start, d.ground)
+    d.connect(beam.end.translation, d.add(ph.Force("push", (0.0, 0.05))).port)
+    solution = ph.simulate(d.compile(approximation=LINEAR), 1.0, 0.05)
+    assert solution.angle(disc.centre)[-1] == pytest.approx(0.05)
+    np.testing.assert_array_equal(solution.angle(beam.end), solution.angle(beam, 1.0))
+    assert solution.angle(beam.end)[-1] == pytest.approx(0.5 * 0.05 / (1.0 / 3.0 + 1e-2), rel=0.02)

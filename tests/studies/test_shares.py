@@ -52,6 +52,20 @@ def test_damping_and_weight():
     assert shares.of("gravity")["beam"] == pytest.approx(np.ptp(solution.energy.gravity) / whole, rel=1e-9)
 
 
+def test_turns_of_what_stays_still_and_of_what_is_not_kept():
+    """A bar that is pulled beside a disc that is turned: M t^2 / (2 I) of the disc, nothing of the bar."""
+    d = ph.Diagram()
+    bar = d.add(ph.Beam("bar", ph.Section(1e6, 1e6, 1e3, 1.0, 1e-2), (0.0, 0.0), (1.0, 0.0), elements=2))
+    d.weld(bar.start, d.ground)
+    d.connect(bar.end.translation, d.add(ph.Force("pull", (1.0, 0.0))).port)
+    disc = d.add(ph.RigidBody("disc", 1.0, 2.0, (5.0, 5.0)))
+    d.connect(disc.centre.rotation, d.add(ph.Moment("turn", 8.0)).port)
+    shares = ph.studies.effect_shares(ph.simulate(d.compile(), 0.5, 0.1))
+    assert shares.of("large_rotation") == {"bar": 0.0, "disc": pytest.approx(0.5)}
+    unknown = ph.studies.effect_shares(ph.simulate(d.compile(outputs=None), 0.5, 0.1)).of("large_rotation")
+    assert np.isnan(unknown["disc"])
+
+
 def test_only_solutions_have_shares():
     with pytest.raises(ArgumentTypeError):
         ph.studies.effect_shares("run")
