@@ -48,15 +48,19 @@ def taken(entries: Triplets, keep: NDArray[np.bool_]) -> Triplets:
     return Triplets(tuple(i[keep] for i in entries.indices), entries.values[keep])
 
 
-def modulated_pairs(system: System, moving: Triplets) -> tuple[tuple[Ints, Ints], dict[str, Ints]]:
+def modulated_pairs(
+    n_features: int, moving: Triplets, by_gravity: Triplets, by_inputs: Triplets
+) -> tuple[tuple[Ints, Ints], dict[str, Ints]]:
     """Number all (state, feature) pairs through which the configuration acts.
 
     Parameters
     ----------
-    system : System
-        The system.
+    n_features : int
+        Of the system.
     moving : Triplets
         K and the kinematics that turn, shape (n, n, n_features).
+    by_gravity, by_inputs : Triplets
+        K_g and K_u, shapes (n, n_features) and (n, n_inputs, n_features).
 
     Returns
     -------
@@ -67,13 +71,13 @@ def modulated_pairs(system: System, moving: Triplets) -> tuple[tuple[Ints, Ints]
     """
     parts = {
         "K": (moving.indices[0], moving.indices[2]),
-        "K_g": (system.K_g.indices[0], system.K_g.indices[1]),
-        "K_u": (system.K_u.indices[0], system.K_u.indices[2]),
+        "K_g": (by_gravity.indices[0], by_gravity.indices[1]),
+        "K_u": (by_inputs.indices[0], by_inputs.indices[2]),
     }
-    codes = [entry_code(i, f, system.n_features) for i, f in parts.values()]
+    codes = [entry_code(i, f, n_features) for i, f in parts.values()]
     pairs, spots = np.unique(np.concatenate(codes), return_inverse=True)
     ends = np.cumsum([c.size for c in codes])[:-1]
-    return (pairs // system.n_features, pairs % system.n_features), dict(zip(parts, np.split(spots, ends), strict=True))
+    return (pairs // n_features, pairs % n_features), dict(zip(parts, np.split(spots, ends), strict=True))
 
 
 class Dependence:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from phblocks.system import System
+from phblocks.solvers.equations import Equations
 from phblocks.triplets import Floats, Ints, Triplets
 
 
@@ -37,13 +37,13 @@ class ResidualParts:
 
     @classmethod
     def of(
-        cls, system: System, order: Ints, scale: Floats, linear: Sequence[sp.csr_array], collect: sp.csr_array
+        cls, equations: Equations, order: Ints, scale: Floats, linear: Sequence[sp.csr_array], collect: sp.csr_array
     ) -> ResidualParts:
         """Gather them.
 
         Parameters
         ----------
-        system : System
+        equations : Equations
             For T.
         order, scale : numpy.ndarray
             State and scale of each unknown.
@@ -57,11 +57,11 @@ class ResidualParts:
         ResidualParts
             Without explicit zeros.
         """
-        n, new = order.size, np.argsort(order)
-        tensor = Triplets.from_coo(system.T)
+        n, new, size = order.size, np.argsort(order), equations.size[order]
+        tensor = equations.T
         i, j, k = (new[index] for index in tensor.indices)
         pairs, pair = np.unique(np.minimum(j, k) * n + np.maximum(j, k), return_inverse=True)
-        products = Triplets.of(i, pair, values=tensor.values * scale[i] * scale[j] * scale[k])
+        products = Triplets.of(i, pair, values=tensor.values * size[i] * scale[j] * scale[k])
         stacked = sp.csr_array(sp.vstack(linear))
         stacked.eliminate_zeros()
         ends = np.cumsum([matrix.shape[0] for matrix in linear])[:-1]

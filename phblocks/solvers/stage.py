@@ -20,6 +20,7 @@ from typing import Self
 import numpy as np
 import scipy.sparse as sp
 
+from phblocks.solvers.equations import Equations
 from phblocks.solvers.features import Dependence, LineDirections, entry_code, modulated_pairs, taken
 from phblocks.solvers.modulations import ModulatedMatrices
 from phblocks.solvers.ordering import narrow_order
@@ -63,17 +64,19 @@ class StageEquation:
         self.n = system.n
         self.constant = system.linear
         scale = state_scale(system)
-        tensor = Triplets.from_coo(system.T)
+        equations = Equations.of(system, scale)
+        tensor, size_of = equations.T, equations.size
         lines = system.lines
         # angles of joints and of the frames of directions, one below the other
         alpha_rows = sp.csr_array(sp.vstack([system.angles.rows, lines.frames.rows]))
         chain = sp.csr_array(alpha_rows @ system.rates)  # d alpha / d (integral of z)
-        still = system.kinematics.indices[2] == 0
-        moving = Triplets.join([system.K, taken(system.kinematics, ~still)], order=3)
-        still_rows = taken(system.kinematics, still)
-        pairs, pair_of = modulated_pairs(system, moving)
+        still = equations.kinematics.indices[2] == 0
+        moving = Triplets.join([equations.K, taken(equations.kinematics, ~still)], order=3)
+        still_rows = taken(equations.kinematics, still)
+        by_gravity, by_inputs = equations.K_g, equations.K_u
+        pairs, pair_of = modulated_pairs(system.n_features, moving, by_gravity, by_inputs)
 
-        constants = [m.tocoo() for m in (system.rate_matrix, system.J0, system.R0)]
+        constants = [m.tocoo() for m in (equations.rate_matrix, equations.J0, equations.R0)]
         codes = [entry_code(m.coords[0], m.coords[1], self.n) for m in constants]
         codes.append(entry_code(still_rows.indices[0], still_rows.indices[1], self.n))
         i, j, k = tensor.indices
@@ -110,7 +113,7 @@ class StageEquation:
         self.carrying = np.flatnonzero(rated) if self.algebraic.size else slice(None)
         self.rows, self.columns = new[rows][sort], new[columns][sort]
         self.scale = scale[self.order]
-        weight = (scale[rows] * scale[columns])[sort]
+        weight = (size_of[rows] * scale[columns])[sort]
         size = pattern.size
 
         def entries(values: Floats, spot: Ints) -> Floats:
@@ -120,7 +123,7 @@ class StageEquation:
         self._rest = entries(constants[1].data, next(at)) - entries(constants[2].data, next(at))
         self._rest += entries(still_rows.values, next(at))
         self._mass_matrix = self._matrix(self.mass)
-        cubes = tensor.values * scale[i] * scale[j] * scale[k]
+        cubes = tensor.values * size_of[i] * scale[j] * scale[k]
         self._skew = Triplets.of(slot[next(at)], new[k], values=cubes)  # of J(x); with its mirror it is the derivative
         mirror = Triplets.of(slot[next(at)], new[j], values=cubes)
         self._cubic = Triplets.join([self._skew, mirror]).csr((size, self.n))
@@ -128,28 +131,29 @@ class StageEquation:
         ki, kj, kf = moving.indices
         n_pairs = pairs[0].size
         self._feature = pairs[1]
-        modulation = [Triplets.of(slot[next(at)], kf, values=moving.values * scale[ki] * scale[kj])]
+        modulation = [Triplets.of(slot[next(at)], kf, values=moving.values * size_of[ki] * scale[kj])]
         for kind, (pair, column, factor) in enumerate(by.parts):
             modulation.append(
                 Triplets.of(
                     slot[next(at)],
                     system.n_features + kind * n_pairs + pair,
-                    values=factor * scale[pairs[0][pair]] * scale[column],
+                    values=factor * size_of[pairs[0][pair]] * scale[column],
                 )
             )
         self._modulation = Triplets.join(modulation).csr((size, system.n_features + len(by.parts) * n_pairs))
         self._kappa = Triplets.of(pair_of["K"], new[kj], values=moving.values * scale[kj]).csr((n_pairs, self.n))
-        self._kappa_gravity = np.bincount(pair_of["K_g"], weights=system.K_g.values, minlength=n_pairs)
-        self._kappa_input = Triplets.of(pair_of["K_u"], system.K_u.indices[1], values=system.K_u.values).csr(
+        self._kappa_gravity = np.bincount(pair_of["K_g"], weights=by_gravity.values, minlength=n_pairs)
+        self._kappa_input = Triplets.of(pair_of["K_u"], by_inputs.indices[1], values=by_inputs.values).csr(
             (n_pairs, system.n_inputs)
         )
-        self._collect = Triplets.of(new[pairs[0]], np.arange(n_pairs), values=scale[pairs[0]]).csr((self.n, n_pairs))
+        self._collect = Triplets.of(new[pairs[0]], np.arange(n_pairs), values=size_of[pairs[0]]).csr((self.n, n_pairs))
         unscale = sp.diags_array(self.scale)
         self._alpha_rows, self._turn = alpha_rows, sp.csr_array(chain[:, self.order] @ unscale)
         self._alpha_reference = np.concatenate([system.angles.reference, lines.frames.reference])
         self._n_angles = system.angles.reference.size
         self._rates = sp.csr_array(system.rates[:, self.order] @ unscale)
-        self._inputs = sp.csr_array(sp.diags_array(self.scale) @ (system.G0 + system.kinematics_u)[self.order])
+        self._inputs = sp.csr_array(sp.diags_array(size_of[self.order]) @ equations.inputs[self.order])
+        self._equations = equations
         self._line_data = LineDirections.of(system, new, scale) if lines.count else None
         self._storages: StorageEquations | None = None
         if system.storages:
@@ -424,7 +428,7 @@ class StageEquation:
     @cached_property
     def _parts(self) -> ResidualParts:
         linear = (self._turn, self._kappa, self._mass_matrix, self._rest_matrix)
-        return ResidualParts.of(self.system, self.order, self.scale, linear, self._collect)
+        return ResidualParts.of(self._equations, self.order, self.scale, linear, self._collect)
 
     def _features(self, z: Floats, alpha: Floats) -> tuple[Floats, Floats, tuple[Floats, ...]]:
         """Features, their slopes in the angle, and their derivatives by what lines depend on; for columns alike."""

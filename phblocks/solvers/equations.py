@@ -1,0 +1,118 @@
+"""The equations a stage is made of: those of the system, where two say nearly the same, their difference.
+
+The viscous part N_v of a stress is a state without energy (:mod:`phblocks.blocks.beam.damping`). All that strains N
+strains N_v too:
+
+    C N' = s(x),    0 = s(x) - (C / time) N_v
+
+In a stiff beam both are small differences s of large velocities, divided by a compliance C of next to nothing: N and
+N_v follow from them to as many digits as s has, which is none where C is small enough. Their difference,
+
+    0 = C N' - (C / time) N_v,
+
+has no s. Taken in the place of the second it determines N_v from N to round-off, whatever the stiffness. Solutions
+are the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from phblocks.solvers.features import taken
+from phblocks.system import System
+from phblocks.triplets import Floats, Ints, Triplets
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Rows of the matrices of a system, as they are solved; columns belong to the states.
+
+    Parameters
+    ----------
+    rate_matrix, J0, R0, inputs : scipy.sparse.csr_array
+        What multiplies x', x and, for the last, u: G0 together with the kinematics of the inputs.
+    T, K, kinematics, K_g, K_u : Triplets
+        As in the system.
+    size : numpy.ndarray
+        What an equation is multiplied by to be of order one, shape (n,).
+    """
+
+    rate_matrix: sp.csr_array
+    J0: sp.csr_array
+    R0: sp.csr_array
+    inputs: sp.csr_array
+    T: Triplets
+    K: Triplets
+    kinematics: Triplets
+    K_g: Triplets
+    K_u: Triplets
+    size: Floats
+
+    @classmethod
+    def of(cls, system: System, scale: Floats) -> Equations:
+        """Take them from a system.
+
+        Parameters
+        ----------
+        system : System
+            The system.
+        scale : numpy.ndarray
+            Of each state, which is that of its equation too.
+
+        Returns
+        -------
+        Equations
+            The differences in the place of those of the followers.
+        """
+        equations = cls(
+            system.rate_matrix, system.J0, system.R0, sp.csr_array(system.G0 + system.kinematics_u),
+            Triplets.from_coo(system.T), system.K, system.kinematics, system.K_g, system.K_u, scale,
+        )  # fmt: skip
+        followers, leaders = _followers(system, equations)
+        return equations._subtracted(followers, leaders) if followers.size else equations
+
+    def _subtracted(self, followers: Ints, leaders: Ints) -> Equations:
+        """Subtract the equations of the leaders; what both feel goes."""
+        n = self.size.size
+        minus = Triplets.of(followers, leaders, values=1.0).csr((n, n))
+        R0, size = sp.csr_array(self.R0 - minus @ self.R0), self.size.copy()
+        size[followers] = 1.0 / (R0.diagonal()[followers] * self.size[followers])
+        left = np.ones(n, dtype=bool)
+        left[followers] = False
+        keep = sp.diags_array(left.astype(np.float64))
+        return Equations(
+            sp.csr_array(self.rate_matrix - minus @ self.rate_matrix),
+            sp.csr_array(keep @ self.J0),
+            R0,
+            sp.csr_array(keep @ self.inputs),
+            *(taken(part, left[part.indices[0]]) for part in (self.T, self.K, self.kinematics, self.K_g, self.K_u)),
+            size,
+        )
+
+
+def _followers(system: System, equations: Equations) -> tuple[Ints, Ints]:
+    """Find states without energy that feel, to the last bit, what a state with energy feels; and these."""
+    damped = np.flatnonzero(system.algebraic & ~system.coenergy & (system.R0.diagonal() > 0.0))
+    if not damped.size:
+        return damped, damped
+    parts = (equations.T, equations.K, equations.kinematics, equations.K_g, equations.K_u)
+    felt = sp.csr_array(sp.hstack([equations.J0, equations.inputs, *(_unfolded(part, system.n) for part in parts)]))
+    felt.sort_indices()  # so that sums of equal rows are equal to the last bit
+    mark = felt @ np.random.default_rng(0).uniform(1.0, 2.0, felt.shape[1])
+    leading = np.flatnonzero(~system.algebraic)
+    leading = leading[np.argsort(mark[leading])]
+    leaders = leading[np.minimum(np.searchsorted(mark[leading], mark[damped]), leading.size - 1)]
+    same = mark[leaders] == mark[damped]
+    followers, leaders = damped[same], leaders[same]
+    other = np.diff(sp.csr_array(felt[followers] != felt[leaders]).indptr) > 0
+    return followers[~other], leaders[~other]
+
+
+def _unfolded(entries: Triplets, n: int) -> sp.csr_array:
+    """Lay all axes but the first one side by side, without columns of zeros."""
+    first, *rest = entries.indices
+    places, column = np.unique(np.stack(rest), axis=1, return_inverse=True)
+    return Triplets((first, column.ravel()), entries.values).csr((n, places.shape[1]))
