@@ -23,6 +23,7 @@ import scipy.sparse as sp
 
 from phblocks.solvers.features import taken
 from phblocks.system import System
+from phblocks.system.scaling import state_scale
 from phblocks.triplets import Floats, Ints, Triplets
 
 
@@ -36,8 +37,9 @@ class Equations:
         What multiplies x', x and, for the last, u: G0 together with the kinematics of the inputs.
     T, K, kinematics, K_g, K_u : Triplets
         As in the system.
-    size : numpy.ndarray
-        What an equation is multiplied by to be of order one, shape (n,).
+    scale, size : numpy.ndarray
+        Units of the states, and what equations are multiplied by to be of order one in them, shape (n,). Forces of one
+        unit are of one kind: those without energy have that of the others that feel the same.
     """
 
     rate_matrix: sp.csr_array
@@ -49,27 +51,27 @@ class Equations:
     kinematics: Triplets
     K_g: Triplets
     K_u: Triplets
+    scale: Floats
     size: Floats
 
     @classmethod
-    def of(cls, system: System, scale: Floats) -> Equations:
+    def of(cls, system: System) -> Equations:
         """Take them from a system.
 
         Parameters
         ----------
         system : System
             The system.
-        scale : numpy.ndarray
-            Of each state, which is that of its equation too.
 
         Returns
         -------
         Equations
             The differences in the place of those of the followers.
         """
+        scale = state_scale(system)
         equations = cls(
             system.rate_matrix, system.J0, system.R0, sp.csr_array(system.G0 + system.kinematics_u),
-            Triplets.from_coo(system.T), system.K, system.kinematics, system.K_g, system.K_u, scale,
+            Triplets.from_coo(system.T), system.K, system.kinematics, system.K_g, system.K_u, scale, scale,
         )  # fmt: skip
         followers, leaders = _followers(system, equations)
         return equations._subtracted(followers, leaders) if followers.size else equations
@@ -78,8 +80,10 @@ class Equations:
         """Subtract the equations of the leaders; what both feel goes."""
         n = self.size.size
         minus = Triplets.of(followers, leaders, values=1.0).csr((n, n))
-        R0, size = sp.csr_array(self.R0 - minus @ self.R0), self.size.copy()
-        size[followers] = 1.0 / (R0.diagonal()[followers] * self.size[followers])
+        R0, scale = sp.csr_array(self.R0 - minus @ self.R0), self.scale.copy()
+        scale[followers] = scale[leaders]
+        size = scale.copy()
+        size[followers] = 1.0 / (R0.diagonal()[followers] * scale[followers])
         left = np.ones(n, dtype=bool)
         left[followers] = False
         keep = sp.diags_array(left.astype(np.float64))
@@ -89,6 +93,7 @@ class Equations:
             R0,
             sp.csr_array(keep @ self.inputs),
             *(taken(part, left[part.indices[0]]) for part in (self.T, self.K, self.kinematics, self.K_g, self.K_u)),
+            scale,
             size,
         )
 
@@ -96,13 +101,13 @@ class Equations:
 def _followers(system: System, equations: Equations) -> tuple[Ints, Ints]:
     """Find states without energy that feel, to the last bit, what a state with energy feels; and these."""
     damped = np.flatnonzero(system.algebraic & ~system.coenergy & (system.R0.diagonal() > 0.0))
-    if not damped.size:
-        return damped, damped
+    leading = np.flatnonzero(~system.algebraic)
+    if not damped.size or not leading.size:
+        return damped[:0], damped[:0]
     parts = (equations.T, equations.K, equations.kinematics, equations.K_g, equations.K_u)
     felt = sp.csr_array(sp.hstack([equations.J0, equations.inputs, *(_unfolded(part, system.n) for part in parts)]))
     felt.sort_indices()  # so that sums of equal rows are equal to the last bit
     mark = felt @ np.random.default_rng(0).uniform(1.0, 2.0, felt.shape[1])
-    leading = np.flatnonzero(~system.algebraic)
     leading = leading[np.argsort(mark[leading])]
     leaders = leading[np.minimum(np.searchsorted(mark[leading], mark[damped]), leading.size - 1)]
     same = mark[leaders] == mark[damped]

@@ -27,7 +27,6 @@ from phblocks.solvers.ordering import narrow_order
 from phblocks.solvers.residual import ResidualParts
 from phblocks.solvers.storages import StorageEquations
 from phblocks.system import System
-from phblocks.system.scaling import state_scale
 from phblocks.triplets import Floats, Ints, Triplets
 
 _ONE = np.ones(1)
@@ -63,9 +62,8 @@ class StageEquation:
         self.system = system
         self.n = system.n
         self.constant = system.linear
-        scale = state_scale(system)
-        equations = Equations.of(system, scale)
-        tensor, size_of = equations.T, equations.size
+        self._equations = equations = Equations.of(system)
+        tensor, scale, size_of = equations.T, equations.scale, equations.size
         lines = system.lines
         # angles of joints and of the frames of directions, one below the other
         alpha_rows = sp.csr_array(sp.vstack([system.angles.rows, lines.frames.rows]))
@@ -153,7 +151,6 @@ class StageEquation:
         self._n_angles = system.angles.reference.size
         self._rates = sp.csr_array(system.rates[:, self.order] @ unscale)
         self._inputs = sp.csr_array(sp.diags_array(size_of[self.order]) @ equations.inputs[self.order])
-        self._equations = equations
         self._line_data = LineDirections.of(system, new, scale) if lines.count else None
         self._storages: StorageEquations | None = None
         if system.storages:

@@ -12,6 +12,7 @@ from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.space import PLANAR, SPATIAL
 
 GOOD = {"axial": 2.0, "shear": 3.0, "bending": 4.0, "mass": 5.0, "rotary": 6.0}
+INERT = ("mass", "rotary", "polar")
 MATERIAL = {"young": 2.1e11, "poisson": 0.3, "density": 7800.0}
 G = 2.1e11 / 2.6
 
@@ -66,10 +67,22 @@ def test_a_spatial_beam_needs_torsion():
 
 
 @pytest.mark.parametrize("name", [*GOOD, "torsion", "polar"])
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, -math.inf, np.float64(-2.0)])
-def test_values_that_are_not_finite_and_positive(name, value):
-    with pytest.raises(DataError, match=rf"Section {name}: expected a finite number > 0, got .*SI units"):
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, -math.inf, 5e-324, np.float64(-2.0)])
+def test_values_that_are_not_positive(name, value):
+    expected = "a finite number > 0" if name in INERT else "a number > 0, or math.inf"
+    with pytest.raises(DataError, match=rf"Section {name}: expected {expected}, got .*SI units"):
         Section(**(GOOD | {name: value}))
+
+
+@pytest.mark.parametrize("name", INERT)
+def test_inertias_are_finite(name):
+    with pytest.raises(DataError, match=rf"Section {name}: expected a finite number > 0, got inf"):
+        Section(**(GOOD | {name: math.inf}))
+
+
+def test_an_infinite_stiffness_is_a_compliance_of_zero():
+    section = Section(**(GOOD | {"axial": math.inf, "shear": (math.inf, 3.0), "torsion": math.inf}))
+    assert section.coefficients(SPATIAL).tolist() == [5.0, 5.0, 5.0, 12.0, 6.0, 6.0, 0.0, 0.0, 1 / 3, 0.0, 1 / 4, 1 / 4]
 
 
 @pytest.mark.parametrize("name", GOOD)

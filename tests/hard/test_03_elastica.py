@@ -5,6 +5,7 @@ boundary value problem), which for a slender one is Euler's elastica of referenc
 """
 
 from functools import cache, partial
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -50,58 +51,47 @@ def press(t: float) -> tuple[float, float]:
     return 0.0, -LOAD * (0.5 - 0.5 * np.cos(np.pi * min(t, RAMP) / RAMP))
 
 
-def bend(slenderness: float, internal: float = 0.0, max_halvings: int = 12) -> Outcome:
+def bend(slenderness: float, internal: float = 0.0) -> Outcome:
     """Bend it; the distance of the tip from the reference after the load was held."""
-    s = section(slenderness)
+    return bend_section(section(slenderness), internal)
+
+
+def bend_section(s: ph.Section, internal: float = 0.0) -> Outcome:
     damping = ph.Damping(viscous=4.0, internal=internal)
     d = ph.Diagram("elastica")
     beam = d.add(ph.Beam("beam", s, (0.0, 0.0), (1.0, 0.0), elements=8, degree=3, damping=damping))
     d.weld(beam.start, d.ground)
     d.expose(beam.end.translation, "load")
-    run = ph.simulate(d.compile(), END, 0.1, inputs={"load": press}, max_halvings=max_halvings)
+    run = ph.simulate(d.compile(), END, 0.1, inputs={"load": press}, max_halvings=0)
     tip = run.position(beam, 1.0, source="strain")[-1]
-    error = float(np.hypot(*(tip - reference(s.axial, float(np.min(s.shear))))))
+    stiff = min(s.axial, 1e14), min(float(np.min(s.shear)), 1e14)  # strains of 1e-13: no digit of the reference
+    error = float(np.hypot(*(tip - reference(*stiff))))
     # the same bound for all: the error does not depend on the slenderness
     return Outcome([finished(run), Check("tip from the elastica / L", error, 1e-7), energy_error(run)], [run])
 
 
-def inextensible() -> Outcome:
-    """A compliance of exactly zero: is such a section accepted?"""
-    try:
-        ph.Section(axial=np.inf, shear=np.inf, bending=1.0, mass=1.0, rotary=1e-12)
-    except ph.errors.DataError:
-        return Outcome([Check("sections of no compliance that were refused", 1.0, 0)])
-    return Outcome([Check("sections of no compliance that were refused", 0.0, 0)])
+def inextensible(internal: float = 0.0) -> Outcome:
+    """Neither extension nor shear: a compliance of exactly zero."""
+    return bend_section(ph.Section(axial=inf, shear=inf, bending=1.0, mass=1.0, rotary=1e-12), internal)
 
 
-INTERNAL = (
-    "Newton's stopping test misses round-off: the viscous stresses, states without energy, are so much larger than "
-    "what carries energy that their round-off never gets small against it; the run ends with a status"
-)
+SLENDERNESS = (1e1, 1e2, 1e3, 1e4, 1e5, 1e6)
 SCENES = [
     *(
         Scene(
-            f"slenderness {s:g}, EA/EI = {12 * s * s:.2g} m^-2, drag",
+            f"slenderness {s:g}, EA/EI = {12 * s * s:.2g} m^-2, {name}",
             "280 steps",
-            partial(bend, s),
-            tier="always" if s in (1e1, 1e4, 1e6) else "slow",
+            partial(bend, s, internal),
+            tier="always" if s in always else "slow",
         )
-        for s in (1e1, 1e2, 1e3, 1e4, 1e5, 1e6)
-    ),
-    *(
-        Scene(
-            f"slenderness {s:g}, drag and internal damping",
-            "280 steps",
-            partial(bend, s, 0.02),
-            tier="always" if s == 1e2 else "slow",
+        for name, internal, always in (
+            ("drag", 0.0, (1e1, 1e4, 1e6)),
+            ("drag and internal damping", 0.02, (1e2, 1e6)),
         )
-        for s in (1e1, 1e2, 1e3, 1e4)
+        for s in SLENDERNESS
     ),
-    *(
-        Scene(f"slenderness {s:g}, drag and internal damping", "280 steps", partial(bend, s, 0.02, 2), open=INTERNAL)
-        for s in (1e5, 1e6)
-    ),
-    Scene("compliance exactly 0", "none", inextensible, open="a section takes finite stiffnesses only; 1e13 is taken"),
+    Scene("compliance exactly 0, drag", "280 steps", inextensible),
+    Scene("compliance exactly 0, drag and internal damping", "280 steps", partial(inextensible, 0.02)),
 ]
 
 

@@ -350,7 +350,9 @@ class Beam(Block):
         found = dict(super().effects(form))
         if self.held:
             return found
-        found |= {name: states(form.runs, parts) for name, parts in COMPONENTS.items() if getattr(self.kept, name)}
+        own = self.section.coefficients(self.space)  # a compliance of zero is not there to be left out
+        names = [name for name, parts in COMPONENTS.items() if getattr(self.kept, name) and own[list(parts)].any()]
+        found |= {name: states(form.runs, COMPONENTS[name]) for name in names}
         found["flexible"] = states(form.runs, STRAINS)
         if self.damping is not None and self.kept.internal_damping and (self.damping.times > 0.0).any():
             found["internal_damping"] = np.empty(0, dtype=np.int64)

@@ -137,7 +137,7 @@ def damp(
         states = slice(first, first + run.positions.size)
         if damping.drag[component] > 0.0:
             factors[states] = damping.drag[component] / coefficients[component]
-        if damping.times[component] > 0.0:
+        if damping.times[component] > 0.0 and coefficients[component] > 0.0:  # no strain has no rate
             factors[states] = 1.0 / damping.times[component]
             copies[states] = count + np.arange(run.positions.size)
             runs.append(replace(run, field=run.field + VISCOUS_PART, energy=NO_ENERGY))

@@ -23,7 +23,9 @@ class Section:
     """Stiffness and inertia of a cross section.
 
     The axes are those of the material frame: 1 along the beam, 2 in the plane of a planar diagram, 3 out of it.
-    ``shear``, ``bending`` and ``rotary`` take one number for both directions or a pair.
+    ``shear``, ``bending`` and ``rotary`` take one number for both directions or a pair. A stiffness may be ``math.inf``:
+    its compliance is exactly zero, and the force or moment is one of constraint, as with
+    ``ph.Approximation(extension=False)``.
 
     Parameters
     ----------
@@ -45,7 +47,7 @@ class Section:
     Raises
     ------
     DataError
-        If a value is not finite and positive.
+        If a value is not positive, or a mass or inertia not finite.
     ArgumentTypeError
         If a value is not a number or a pair of numbers.
 
@@ -64,14 +66,16 @@ class Section:
 
     def __post_init__(self) -> None:
         """Check all values."""
-        for name in ("axial", "mass"):
-            require_positive(f"Section {name}", getattr(self, name))
-        for name in ("torsion", "polar"):
-            if getattr(self, name) is not None:
-                require_positive(f"Section {name}", getattr(self, name))
-        for name in ("shear", "bending", "rotary"):
-            for value in _pair(name, getattr(self, name)):
-                require_positive(f"Section {name}", value)
+        stiff = {name: _pair(name, getattr(self, name)) for name in ("shear", "bending")}
+        inert = {"mass": (self.mass,), "polar": (self.polar,), "rotary": _pair("rotary", self.rotary)}
+        for name, values in ({"axial": (self.axial,), "torsion": (self.torsion,)} | stiff).items():
+            for value in values:
+                if name != "torsion" or value is not None:
+                    _require_stiffness(f"Section {name}", value)
+        for name, values in inert.items():
+            for value in values:
+                if name != "polar" or value is not None:
+                    require_positive(f"Section {name}", value)
 
     @classmethod
     def _isotropic(
@@ -297,6 +301,13 @@ def _dimension(name: str, value: object) -> float:
             fix="Give a value in m.",
         )
     return size
+
+
+def _require_stiffness(where: str, value: object) -> None:
+    """Check a stiffness: positive; infinity is one of no compliance."""
+    number = require_real(where, value)
+    if not (number > 0.0 and math.isfinite(1.0 / number)):
+        raise DataError(where, expected="a number > 0, or math.inf", got=repr(value), fix="Give a value in SI units.")
 
 
 def _pair(name: str, value: object) -> tuple[float, float]:

@@ -1,20 +1,24 @@
 """Compliances and inertias of zero: which entries of E, T and R are left."""
 
+import dataclasses
+import math
+
 import numpy as np
 import pytest
 
 import phblocks as ph
 from phblocks.blocks.beam.omission import kept_coefficients, kept_damping
+from phblocks.errors import ConstraintError
 
 A = ph.Approximation
 SECTION = ph.Section(axial=3e4, shear=2e4, bending=60.0, mass=1.2, rotary=2e-3)
 
 
-def beam(approximation=None, **options):
+def beam(approximation=None, section=SECTION, **options):
     """A free beam of four elements: its system."""
     d = ph.Diagram("free", gravity=(0.0, -9.81))
     options = {"elements": 4, "degree": 2} | options
-    d.add(ph.Beam("b", SECTION, (0, 0), (1, 0), approximation=approximation, **options))
+    d.add(ph.Beam("b", section, (0, 0), (1, 0), approximation=approximation, **options))
     return d.compile()
 
 
@@ -138,3 +142,73 @@ def test_a_start_that_stretches_what_cannot_be_stretched_is_projected():
     np.testing.assert_allclose(solution.x[:, along], 0.5, rtol=1e-12)
     force = [i for i, name in enumerate(system.state_names) if ".N1[" in name]
     assert np.abs(solution.x[:, force]).max() < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "approximation"),
+    [
+        ({"axial": math.inf}, A(extension=False)),
+        ({"shear": math.inf}, A(shear=False)),
+        ({"axial": math.inf, "shear": math.inf}, A(extension=False, shear=False)),
+    ],
+)
+def test_an_infinite_stiffness_leaves_out_the_same(stiffness, approximation):
+    """The very same matrices as on request; and what is not there is not offered to be left out."""
+    damping = ph.Damping(viscous=0.3, internal=1e-3)
+    asked = beam(approximation, damping=damping)
+    system = beam(section=dataclasses.replace(SECTION, **stiffness), damping=damping)
+    assert system.state_names == asked.state_names
+    for name in ("E", "J0", "R0"):
+        assert (getattr(system, name) != getattr(asked, name)).nnz == 0
+    np.testing.assert_array_equal(system.T.toarray(), asked.T.toarray())
+    names = {"axial": "extension", "shear": "shear"}
+    part = next(part for part in system.parts if part.name == "b")
+    effects = part.block.effects(part.form)
+    assert not {names[name] for name in stiffness} & set(effects) and "flexible" in effects
+
+
+RIGID = ph.Section(axial=math.inf, shear=math.inf, bending=math.inf, mass=1.2, rotary=2e-3)
+
+
+@pytest.mark.parametrize("damping", [None, ph.Damping(internal=1e-3)])
+def test_a_beam_of_no_compliance_at_all_swings_as_a_rigid_one(damping):
+    """Held straight by forces of constraint; velocities that are linear along an element are exact from degree 2 on."""
+
+    def swing(section, approximation, dt):
+        d = ph.Diagram("pendulum", gravity=(0.0, -9.81))
+        bar = d.add(
+            ph.Beam("bar", section, (0, 0), (1, 0), elements=3, degree=2, approximation=approximation, damping=damping)
+        )
+        d.pin(bar.start, d.ground)
+        run = ph.simulate(d.compile(), 0.5, dt)
+        assert run.status.ok and run.max_power_balance_error < 1e-13
+        assert "strain" not in run.energy
+        return run.angle(bar, 1.0)
+
+    gap = [np.abs(swing(RIGID, None, dt) - swing(SECTION, A(flexible=False), dt)) for dt in (0.01, 0.005)]
+    assert gap[0][1] < 1e-15  # the same accelerations; the steps of the two differ to second order
+    assert gap[0][-1] < 1e-3 and gap[0][-1] / gap[1][-1] == pytest.approx(4.0, rel=0.02)
+
+
+def test_no_compliance_between_two_supports_is_too_much():
+    d = ph.Diagram("held")
+    bar = d.add(ph.Beam("bar", RIGID, (0, 0), (1, 0), elements=3))
+    d.pin(bar.start, d.ground)
+    d.pin(bar.end, d.ground)
+    with pytest.raises(ConstraintError, match=r"bar\.N1.*imply already"):
+        ph.simulate(d.compile(), 0.1, 0.01)
+
+
+def test_infinite_stiffness_is_stored_and_exported(tmp_path):
+    """JSON has no infinity: it is written as a text with a tag. Matrices have finite numbers only."""
+    d = ph.Diagram("free")
+    bar = d.add(ph.Beam("bar", RIGID, (0, 0), (1, 0), elements=2, damping=ph.Damping(internal=1e-3)))
+    d.expose(bar.end.translation, "push")
+    d.save(tmp_path / "free.json")
+    again = ph.load(tmp_path / "free.json")
+    assert again.blocks["bar"].section == RIGID
+    system = d.compile()
+    system.export(tmp_path / "free.npz")
+    with np.load(tmp_path / "free.npz") as file:
+        assert all(np.isfinite(file[name]).all() for name in file.files if file[name].dtype.kind == "f")
+    assert not any(".M3v" in name for name in system.state_names)
