@@ -23,8 +23,8 @@ class Section:
     """Stiffness and inertia of a cross section.
 
     The axes are those of the material frame: 1 along the beam, 2 in the plane of a planar diagram, 3 out of it.
-    ``shear``, ``bending`` and ``rotary`` take one number for both directions or a pair. A stiffness may be ``math.inf``:
-    its compliance is exactly zero, and the force or moment is one of constraint, as with
+    ``shear``, ``bending`` and ``rotary`` take one number for both directions or a pair. A stiffness may be
+    ``math.inf``: its compliance is exactly zero, and the force or moment is one of constraint, as with
     ``ph.Approximation(extension=False)``.
 
     Parameters
