@@ -198,7 +198,7 @@ class Run:
             except StructureError as error:
                 status = Status.structure_lost(self.t, error)
             except StepFailed as error:
-                status = Status.step_failed(error.time, error.dt, error.why)
+                status = Status.step_failed(error.time, error.dt, error.why, error.state)
             except _NotWritten as error:
                 status = Status.not_written(self.t, error.path, error.error)
         if not status.ok:

@@ -278,7 +278,7 @@ def text_of(status: Status) -> dict[str, Any]:
     dict
         Of its fields.
     """
-    return {key: getattr(status, key) for key in ("ok", "name", "text", "time")}
+    return {key: getattr(status, key) for key in ("ok", "name", "text", "time", "state")}
 
 
 def path_of(name: str) -> str:

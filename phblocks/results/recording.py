@@ -24,7 +24,7 @@ CHUNK = 128
 SERIES = ("stored", "potential", "transferred", "supplied", "supplied_to", "shared", "dissipated")
 #: What is kept at every saved time, and of every step.
 ROWS = ("t", "x", "theta", "points", "input_integral", *SERIES, "balance_error")
-STEPS = ("newton_iterations", "lag")
+STEPS = ("newton_iterations", "lag", "residual")
 
 
 @dataclass(repr=False)
@@ -185,6 +185,7 @@ class Recorder:
             np.zeros(1),
         )
         self._saved |= {"newton_iterations": [np.zeros(0, dtype=np.int64)], "lag": [np.zeros(0)]}
+        self._saved["residual"] = [np.zeros(0)]
 
     def add(self, step: Step, save_at: float | None) -> None:
         """Take in an accepted step.
@@ -369,6 +370,7 @@ class Recorder:
         )
         self._saved["newton_iterations"].append(np.array([s.iterations for s in steps], dtype=np.int64))
         self._saved["lag"].append(np.array([s.lag for s in steps]))
+        self._saved["residual"].append(np.array([s.residual for s in steps]))
         self._open = self._steps[-1][1] is not None
         self._stored, self._points, self._integral = stored[-1:], points[-1], integral[-1]
         self._totals = {key: total[-1] for key, total in totals.items()}

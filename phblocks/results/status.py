@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,6 +26,8 @@ class Status:
         When, where, and what to do.
     time : float or None
         Where it stopped, s, if it did not reach its end.
+    state : str or None
+        Of a step that failed: the state whose equation was missed by most, as in ``system.state_names``.
     error : Exception or None
         The exception that stopped it, with its traceback, if it came from a function of the user's.
     """
@@ -34,11 +36,22 @@ class Status:
     name: str
     text: str
     time: float | None = None
+    state: str | None = None
     error: Exception | None = field(default=None, repr=False, compare=False)
 
     def __str__(self) -> str:
         """Return name and text."""
         return f"{self.name}: {self.text}"
+
+    @property
+    def block(self) -> str | None:
+        """The block, or joint, of that state."""
+        return None if self.state is None else self.state.rpartition(".")[0]
+
+    @property
+    def field(self) -> str | None:
+        """The field of that state, such as "N1"."""
+        return None if self.state is None else self.state.rpartition(".")[2].partition("[")[0]
 
     @classmethod
     def success(cls) -> Status:
@@ -52,7 +65,7 @@ class Status:
         return cls(True, "success", "the end was reached")
 
     @classmethod
-    def step_failed(cls, time: float, dt: float, why: str) -> Status:
+    def step_failed(cls, time: float, dt: float, why: str, state: str | None = None) -> Status:
         """Report that no step could be taken, also with the smallest length.
 
         Parameters
@@ -63,18 +76,22 @@ class Status:
             The smallest step that was tried, s.
         why : str
             What happened.
+        state : str or None, optional
+            Name of the state whose equation was missed by most.
 
         Returns
         -------
         Status
             Not ``ok``.
         """
+        status = cls(False, "step failed", "", time, state)
+        missed = f"; the largest residual was that of {status.field} of {status.block!r} ({state})" if state else ""
         text = (
-            f"{why} at t = {time:.9g} s, also with the step halved to {dt:.3g} s. The "
+            f"{why} at t = {time:.9g} s, also with the step halved to {dt:.3g} s{missed}. The "
             "results up to there are kept. Use a smaller dt or more max_halvings; look at the last states for a "
             "singular position or a load that jumps."
         )
-        return cls(False, "step failed", text, time)
+        return replace(status, text=text)
 
     @classmethod
     def structure_lost(cls, time: float, error: StructureError) -> Status:
@@ -142,7 +159,7 @@ class Status:
             f"the signal of {name!r} at t = {time:.9g} s: {type(error).__name__}: {error} The results up to there are "
             "kept. Correct the function given in inputs; status.error is the exception, with its traceback."
         )
-        return cls(False, "input failed", text, time, error)
+        return cls(False, "input failed", text, time, error=error)
 
     @classmethod
     def not_written(cls, time: float, path: str, error: Exception) -> Status:
@@ -167,7 +184,7 @@ class Status:
             "can be read, and this solution has all results up to there. Make room, or correct the rights, and call "
             "ph.resume."
         )
-        return cls(False, "not written", text, time, error)
+        return cls(False, "not written", text, time, error=error)
 
     @classmethod
     def interrupted(cls, time: float, path: str) -> Status:
@@ -210,6 +227,10 @@ class Statistics:
     lag : numpy.ndarray, optional
         Consistency of a linearly implicit method, of each accepted step, shape (steps,): how far the extrapolated
         state that fixed the structure was from the state in the middle, in the energy norm, relative.
+    residual : numpy.ndarray, optional
+        What Newton's method left of each accepted step, shape (steps,): estimated size of the update that one iteration
+        more would have made, in the energy norm, relative to the state. A step is accepted when that is below the
+        tolerance of the method (1e-15), or when it is round-off (and then at most 1e-8).
     """
 
     steps: int
@@ -220,6 +241,7 @@ class Statistics:
     start_energy_change: float = 0.0
     rejections: int = 0
     lag: Floats = field(default_factory=lambda: np.zeros(0))
+    residual: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __repr__(self) -> str:
         """Summarise in one line, without the numbers of every step."""

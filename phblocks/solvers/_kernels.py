@@ -425,8 +425,8 @@ def solve(
     factors: Array,
     carrying: Array,
     options: Array,
-) -> tuple[int, int]:
-    """Iterate as ``ModifiedNewton`` does; return how it ended, and the number of iterations."""
+) -> tuple[int, int, float]:
+    """Iterate as ``ModifiedNewton`` does; return how it ended, the number of iterations, and what is left."""
     tolerance, slow, far, held, limit = options
     real, paired, sides, change = factors
     _, _, _, modes = method
@@ -443,9 +443,9 @@ def solve(
         if age == 0:
             find_matrices(z, equation, method, work, room)
             if real[0].size and not factorise_real(modes[0] * dt, jacobian, room[7], room[8], real):
-                return SINGULAR, iteration
+                return SINGULAR, iteration, np.inf
             if paired[0].size and not factorise_complex(modes[3] * dt, jacobian, room[7], room[8], paired):
-                return SINGULAR, iteration
+                return SINGULAR, iteration, np.inf
         age += 1
         find_update(residual, method, real, paired, sides, change)
         last, last_moved, squares, moves, size, whole = now, moved, 0.0, 0.0, 0.0, 0.0
@@ -469,17 +469,17 @@ def solve(
             age, now, moved, ratio, kept = 0, 0.0, 0.0, np.inf, False  # an old factor proves nothing
             continue
         if not finite:
-            return DIVERGED, iteration
+            return DIVERGED, iteration, np.inf
         goal = tolerance * size
         if now == 0.0 or (ratio < 0.5 and now * ratio <= goal * (1.0 - ratio)):
-            return CONVERGED, iteration
+            return CONVERGED, iteration, now * ratio / size if now > 0.0 and size > 0.0 else 0.0
         if ratio > 0.5 and now <= 1e-8 * (np.sqrt(whole) if size <= held * np.sqrt(whole) else size):
             squares = 0.0
             for i in range(n):
                 for s in range(stages):
                     squares += residual[i, s] * residual[i, s]
             if np.sqrt(squares) <= 1e3 * find_noise(z, dt, equation, method, step, work):
-                return CONVERGED, iteration
+                return CONVERGED, iteration, now / size if size > 0.0 else 0.0
         if kept and iteration == 1:
             age = 0
         elif age > 1 and not falling:
@@ -490,7 +490,7 @@ def solve(
         elif ratio > slow and age > 1 and now * ratio**3 > goal:
             age = 0
         kept = kept and iteration == 1
-    return LIMIT, int(limit)
+    return LIMIT, int(limit), np.inf
 
 
 @compiled

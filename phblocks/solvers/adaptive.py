@@ -12,7 +12,7 @@ from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.inputs import Drive
 from phblocks.solvers.method import Stepper
 from phblocks.solvers.schedule import Schedule
-from phblocks.solvers.step import Step, StepFailed
+from phblocks.solvers.step import Step, StepFailed, failure
 from phblocks.system import State, System
 from phblocks.triplets import Floats
 
@@ -206,7 +206,7 @@ class AdaptiveSteps:
                     self._h = length * self._factor(error, 1.0)
                     if self._h < self._limits[0]:
                         why = "the tolerances ask for shorter steps than are allowed"
-                        raise StepFailed(t, length, why if pair else "Newton's method did not converge")
+                        raise StepFailed(t, length, why) if pair else StepFailed(t, length, *failure(self.stage))
                     continue
                 self._t, self._count = target if length == room else t + length, self._count + 1
                 self._x, self._theta = pair[1].x, pair[1].theta

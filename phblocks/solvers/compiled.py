@@ -150,9 +150,9 @@ class CompiledStepper:
         if self._past is not None and guess is None:
             predicted = self._past.middle(x, dt)
             guesses = guesses if predicted is None else [predicted[:, None], *guesses]
-        count, size, how = 0, float(np.sqrt(stages) * np.linalg.norm(x)), -1
+        count, size, how, left = 0, float(np.sqrt(stages) * np.linalg.norm(x)), -1, np.inf
         for start in guesses:
-            how, iterations = kernels.solve(
+            how, iterations, left = kernels.solve(
                 self._z, start, size, self._factored_for == dt, dt, self._equation, self._method, data, self._work,
                 self._room, self._factors, self._carrying, self._options,
             )  # fmt: skip
@@ -161,6 +161,7 @@ class CompiledStepper:
             if how == kernels.CONVERGED:
                 break
         if how != kernels.CONVERGED:
+            self.stage.missed = self._work[-1][:, :stages].copy()
             return None
         end, theta_end = np.empty(n), np.empty(theta.size)
         z, theta_z = np.empty((stages, n)), np.empty((stages, theta.size))
@@ -168,7 +169,7 @@ class CompiledStepper:
         kernels.finish(
             self._x, self._theta, self._z, dt, self._free, self._method, self._turn, self.stage.algebraic, out
         )
-        step = Step(end, theta_end, z, theta_z, u, dt, count)
+        step = Step(end, theta_end, z, theta_z, u, dt, count, residual=left)
         if self._past is not None:
             self._past.add(step)
         return step

@@ -10,7 +10,7 @@ import numpy as np
 from phblocks.inputs import Drive
 from phblocks.solvers.method import Stepper
 from phblocks.solvers.schedule import Schedule
-from phblocks.solvers.step import Step, StepFailed
+from phblocks.solvers.step import Step, StepFailed, failure
 from phblocks.system import State
 from phblocks.triplets import Floats
 
@@ -95,7 +95,7 @@ class EqualSteps:
             step = self._stepper.step(self._x, self._theta, h, u)
             if step is None:
                 if parts >= 2**self._max_halvings:
-                    raise StepFailed(t, h, getattr(self.stage, "why", "the method found no solution"))
+                    raise StepFailed(t, h, *failure(self.stage))
                 done, parts = 2 * done, 2 * parts
                 self.halvings += 1
                 continue

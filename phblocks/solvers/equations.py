@@ -26,6 +26,9 @@ from phblocks.system import System
 from phblocks.system.scaling import state_scale
 from phblocks.triplets import Floats, Ints, Triplets
 
+#: What depends on states and orientations.
+MODULATED = ("T", "K", "kinematics", "K_g", "K_u")
+
 
 @dataclass(frozen=True)
 class Equations:
@@ -87,14 +90,15 @@ class Equations:
         left = np.ones(n, dtype=bool)
         left[followers] = False
         keep = sp.diags_array(left.astype(np.float64))
+        parts = {name: getattr(self, name) for name in MODULATED}
         return Equations(
-            sp.csr_array(self.rate_matrix - minus @ self.rate_matrix),
-            sp.csr_array(keep @ self.J0),
-            R0,
-            sp.csr_array(keep @ self.inputs),
-            *(taken(part, left[part.indices[0]]) for part in (self.T, self.K, self.kinematics, self.K_g, self.K_u)),
-            scale,
-            size,
+            rate_matrix=sp.csr_array(self.rate_matrix - minus @ self.rate_matrix),
+            J0=sp.csr_array(keep @ self.J0),
+            R0=R0,
+            inputs=sp.csr_array(keep @ self.inputs),
+            scale=scale,
+            size=size,
+            **{name: taken(part, left[part.indices[0]]) for name, part in parts.items()},
         )
 
 
@@ -104,8 +108,8 @@ def _followers(system: System, equations: Equations) -> tuple[Ints, Ints]:
     leading = np.flatnonzero(~system.algebraic)
     if not damped.size or not leading.size:
         return damped[:0], damped[:0]
-    parts = (equations.T, equations.K, equations.kinematics, equations.K_g, equations.K_u)
-    felt = sp.csr_array(sp.hstack([equations.J0, equations.inputs, *(_unfolded(part, system.n) for part in parts)]))
+    parts = [_unfolded(getattr(equations, name), system.n) for name in MODULATED]
+    felt = sp.csr_array(sp.hstack([equations.J0, equations.inputs, *parts]))
     felt.sort_indices()  # so that sums of equal rows are equal to the last bit
     mark = felt @ np.random.default_rng(0).uniform(1.0, 2.0, felt.shape[1])
     leading = leading[np.argsort(mark[leading])]

@@ -155,7 +155,7 @@ class MidpointStepper:
         end = 2.0 * z - x
         end[stage.algebraic] = z[stage.algebraic]
         stage.settle(end)
-        step = Step(end, theta + turn, z[None], (theta + 0.5 * turn)[None], u, dt, iterations)
+        step = Step(end, theta + turn, z[None], (theta + 0.5 * turn)[None], u, dt, iterations, residual=stage.left)
         self._past.add(step)
         return step
 

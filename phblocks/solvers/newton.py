@@ -18,7 +18,18 @@ FAR = 100.0
 
 
 class Equation(Protocol):
-    """What is solved: a stage, or all stages of a step together."""
+    """What is solved: a stage, or all stages of a step together.
+
+    Attributes
+    ----------
+    left : float
+        Size of the update that the next iteration would make, relative to the state: set where an iteration ends.
+    missed : numpy.ndarray
+        The last residual of an iteration that failed.
+    """
+
+    left: float
+    missed: Floats
 
     @property
     def carrying(self) -> slice | Ints:
@@ -143,6 +154,7 @@ class Newton:
         z, progress = guess, _Progress(stage, size)
         for iteration in range(1, self.max_iterations + 1):
             residual, jacobian = stage.evaluate(z)
+            stage.missed = residual
             if not solver.factorise(jacobian):
                 return None, iteration
             update = solver.solve(residual)
@@ -154,9 +166,13 @@ class Newton:
             if change == 0.0 or (ratio < 0.1 and change * ratio**2 <= self.tolerance * progress.size):
                 if iteration == 2 and CURVATURE * change**2 > self.tolerance * progress.size**2:
                     # a first update nearly all along linear directions tells nothing of how the others converge
-                    return z - solver.solve(stage.residual(z)), iteration + 1
+                    update = solver.solve(stage.residual(z))
+                    stage.left = progress.relative(float(np.linalg.norm(update)) ** 2 / change)
+                    return z - update, iteration + 1
+                stage.left = progress.relative(change * ratio**2 if change else 0.0)
                 return z, iteration
             if ratio > 0.1 and progress.at_floor(z, residual):
+                stage.left = progress.relative(change)
                 return z, iteration
         return None, self.max_iterations
 
@@ -211,6 +227,7 @@ class ModifiedNewton(Newton):
             else:
                 residual, jacobian = stage.evaluate(z)
                 if not solver.factorise(jacobian):
+                    stage.missed = residual
                     return None, iteration
             age += 1
             update = solver.solve(residual)
@@ -219,13 +236,16 @@ class ModifiedNewton(Newton):
             if kept and not (finite and progress.falling and progress.change <= FAR * float(np.linalg.norm(guess))):
                 z, progress, age, kept = guess, _Progress(stage, size), 0, False  # an old factor proves nothing
                 continue
+            stage.missed = residual
             if not finite:
                 return None, iteration
             change, ratio, goal = progress.change, progress.ratio, self.tolerance * progress.size
             # convergence is linear: what is left is the sum of a geometric series
             if change == 0.0 or (ratio < 0.5 and change * ratio <= goal * (1.0 - ratio)):
+                stage.left = progress.relative(change * ratio if change else 0.0)
                 return z, iteration
             if ratio > 0.5 and progress.at_floor(z, residual):
+                stage.left = progress.relative(change)
                 return z, iteration
             if kept and iteration == 1:
                 age = 0  # measured: an old factor is worth one iteration, then a new one nearer the solution pays
@@ -259,6 +279,10 @@ class _Progress:
     def falling(self) -> bool:
         """Whether the last update was smaller than the one before; true of the first."""
         return self.ratio < 1.0 or self.ratio == np.inf
+
+    def relative(self, update: float) -> float:
+        """Divide the size of an update by that of the state."""
+        return update / self.size if self.size else 0.0
 
     def at_floor(self, z: Floats, residual: Floats) -> bool:
         """Say whether the residual is round-off: no further iteration can improve z."""

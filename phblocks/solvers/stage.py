@@ -56,12 +56,17 @@ class StageEquation:
         The Jacobian does not depend on the unknowns.
     mass : numpy.ndarray
         Entries of E on the pattern.
+    left : float
+        What the last iteration left, see :class:`~phblocks.solvers.newton.Equation`.
+    missed : numpy.ndarray
+        The last residual of an iteration that failed, shape (n,) or (n, stages); (0,) if none did.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         self.n = system.n
         self.constant = system.linear
+        self.left, self.missed = 0.0, np.empty(0)
         self._equations = equations = Equations.of(system)
         tensor, scale, size_of = equations.T, equations.scale, equations.size
         lines = system.lines
@@ -191,6 +196,7 @@ class StageEquation:
         self._make_all()
         other = copy.copy(self)
         other._work, other._mass_factor = self._matrix(self.mass.copy()), np.nan
+        other.left, other.missed = 0.0, np.empty(0)
         return other
 
     def _make_all(self) -> None:
@@ -401,6 +407,15 @@ class StageEquation:
         """Why an iteration since ``begin`` failed, if it did."""
         found = "" if self._modulated is None else self._modulated.undefined
         return found or "Newton's method did not converge"
+
+    @property
+    def worst_state(self) -> str | None:
+        """Name of the state whose equation the last iteration that failed missed by most, in units of its energy."""
+        if not self.missed.size:
+            return None
+        with np.errstate(all="ignore"):
+            size = np.square(self.missed).reshape(self.n, -1).sum(axis=1)
+        return str(self.system.state_names[self.order[int(np.argmax(size))]])
 
     def residual(self, z: Floats) -> Floats:
         """Evaluate the residual only.

@@ -31,6 +31,8 @@ class Step:
         Unknowns that fixed the structure at the stages, shape (stages, n), if not z.
     lag : float, optional
         How far they were from z in the energy norm, relative.
+    residual : float, optional
+        Size of the update that one iteration more would have made, in the energy norm, relative to the state.
     points : numpy.ndarray, optional
         Positions of the material points at the end, shape (n_points, dimension), m, if not by the velocities at the
         stages.
@@ -45,6 +47,7 @@ class Step:
     iterations: int
     frozen: Floats | None = None
     lag: float = 0.0
+    residual: float = 0.0
     points: Floats | None = None
 
 
@@ -59,8 +62,30 @@ class StepFailed(Exception):
         The shortest that was tried, s.
     why : str, optional
         What happened.
+    state : str, optional
+        Name of the state whose equation was missed by most.
     """
 
-    def __init__(self, time: float, dt: float, why: str = "Newton's method did not converge") -> None:
+    def __init__(
+        self, time: float, dt: float, why: str = "Newton's method did not converge", state: str | None = None
+    ) -> None:
         super().__init__(f"{why} at t = {time}")
-        self.time, self.dt, self.why = time, dt, why
+        self.time, self.dt, self.why, self.state = time, dt, why, state
+
+
+def failure(stage: object) -> tuple[str, str | None]:
+    """Ask what a stepper works with why no step was found.
+
+    Parameters
+    ----------
+    stage : object
+        Such as ``StageEquation``; that of a method of the user's need not know.
+
+    Returns
+    -------
+    why : str
+        What happened.
+    state : str or None
+        Name of the state whose equation was missed by most.
+    """
+    return getattr(stage, "why", "the method found no solution"), getattr(stage, "worst_state", None)

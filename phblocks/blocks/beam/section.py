@@ -66,16 +66,15 @@ class Section:
 
     def __post_init__(self) -> None:
         """Check all values."""
-        stiff = {name: _pair(name, getattr(self, name)) for name in ("shear", "bending")}
-        inert = {"mass": (self.mass,), "polar": (self.polar,), "rotary": _pair("rotary", self.rotary)}
-        for name, values in ({"axial": (self.axial,), "torsion": (self.torsion,)} | stiff).items():
-            for value in values:
-                if name != "torsion" or value is not None:
-                    _require_stiffness(f"Section {name}", value)
-        for name, values in inert.items():
-            for value in values:
-                if name != "polar" or value is not None:
-                    require_positive(f"Section {name}", value)
+        pairs = {name: _pair(name, getattr(self, name)) for name in ("shear", "bending", "rotary")}
+        stiff = [("axial", self.axial), *((name, value) for name in ("shear", "bending") for value in pairs[name])]
+        inert = [("mass", self.mass), *(("rotary", value) for value in pairs["rotary"])]
+        stiff += [] if self.torsion is None else [("torsion", self.torsion)]
+        inert += [] if self.polar is None else [("polar", self.polar)]
+        for name, value in stiff:
+            _require_stiffness(f"Section {name}", value)
+        for name, value in inert:
+            require_positive(f"Section {name}", value)
 
     @classmethod
     def _isotropic(
