@@ -411,6 +411,17 @@ def begin(x: Array, theta: Array, driven: Array, equation: Array, turn: Array, k
 
 
 @compiled
+def measure(z: Array, dt: float, impulsive: Array) -> float:
+    """Measure unknowns as ``StageEquation`` does."""
+    total = 0.0
+    for i in range(z.shape[0]):
+        unit = dt * dt if impulsive[i] else 1.0
+        for s in range(z.shape[1]):
+            total += unit * z[i, s] * z[i, s]
+    return float(np.sqrt(total))
+
+
+@compiled
 def solve(
     z: Array,
     guess: Array,
@@ -423,20 +434,20 @@ def solve(
     work: Array,
     room: Array,
     factors: Array,
-    carrying: Array,
+    kinds: Array,
     options: Array,
 ) -> tuple[int, int, float]:
     """Iterate as ``ModifiedNewton`` does; return how it ended, the number of iterations, and what is left."""
-    tolerance, slow, far, held, limit = options
+    tolerance, slow, far, floor, limit = options
+    carrying, impulsive = kinds
     real, paired, sides, change = factors
     _, _, _, modes = method
     jacobian, residual = equation[6], work[5]
     n, stages = z.shape[0], change.shape[1]
-    start = 0.0
     for i in range(n):
         for s in range(stages):
             z[i, s] = guess[i, s]
-            start += guess[i, s] ** 2
+    start = measure(guess, dt, impulsive)
     age, now, moved, ratio = 1 if kept else 0, 0.0, 0.0, np.inf
     for iteration in range(1, int(limit) + 1):
         find_residual(z, dt, equation, method, step, work)
@@ -448,21 +459,21 @@ def solve(
                 return SINGULAR, iteration, np.inf
         age += 1
         find_update(residual, method, real, paired, sides, change)
-        last, last_moved, squares, moves, size, whole = now, moved, 0.0, 0.0, 0.0, 0.0
+        last, last_moved, squares, moves, size = now, moved, 0.0, 0.0, 0.0
         for i in range(n):
+            unit = dt * dt if impulsive[i] else 1.0
             for s in range(stages):
                 z[i, s] -= change[i, s]
                 square = change[i, s] * change[i, s]
-                squares += square
-                whole += z[i, s] * z[i, s]
+                squares += unit * square
+                size += unit * z[i, s] * z[i, s]
                 if carrying[i]:
                     moves += square
-                    size += z[i, s] * z[i, s]
         now, moved, size = np.sqrt(squares), np.sqrt(moves), max(least, np.sqrt(size))
         if last > 0.0:
             ratio = max(now / last, moved / last_moved if last_moved > 0.0 else 0.0)
         falling, finite = ratio < 1.0 or ratio == np.inf, np.isfinite(now)
-        if kept and not (finite and falling and now <= far * np.sqrt(start)):
+        if kept and not (finite and falling and now <= far * start):
             for i in range(n):
                 for s in range(stages):
                     z[i, s] = guess[i, s]
@@ -473,7 +484,7 @@ def solve(
         goal = tolerance * size
         if now == 0.0 or (ratio < 0.5 and now * ratio <= goal * (1.0 - ratio)):
             return CONVERGED, iteration, now * ratio / size if now > 0.0 and size > 0.0 else 0.0
-        if ratio > 0.5 and now <= 1e-8 * (np.sqrt(whole) if size <= held * np.sqrt(whole) else size):
+        if ratio > 0.5 and now <= floor * size:
             squares = 0.0
             for i in range(n):
                 for s in range(stages):

@@ -124,7 +124,7 @@ class CollocationEquation(StageEquation):
         self._alpha_known = self._alpha_reference[:, None] + self._alpha_rows @ driven
         self._kappa_given = self._kappa_gravity[:, None] + self._kappa_input @ u.T
         self._known_force = self._inputs @ u.T
-        self._dt = dt
+        self._dt = self._span = dt
 
     def residual(self, z: Floats) -> Floats:
         """Evaluate the residual.

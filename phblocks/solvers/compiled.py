@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from phblocks.solvers.collocation import CollocationEquation
 from phblocks.solvers.linear import WIDEST_BAND
-from phblocks.solvers.newton import FAR, HELD, ModifiedNewton, Newton
+from phblocks.solvers.newton import FAR, FLOOR, ModifiedNewton, Newton
 from phblocks.solvers.past import Past
 from phblocks.solvers.step import Step
 from phblocks.system import System
@@ -113,9 +113,9 @@ class CompiledStepper:
             (np.zeros(n), np.zeros(n), np.zeros(n)),
             np.zeros((n, stages)),
         )
-        self._carrying = np.zeros(n, dtype=bool)
-        self._carrying[equation.carrying] = True
-        self._options = (newton.tolerance, newton.slow, FAR, HELD, float(newton.max_iterations))
+        self._kinds = np.zeros((2, n), dtype=bool)
+        self._kinds[0, equation.carrying] = self._kinds[1, equation.impulsive] = True
+        self._options = (newton.tolerance, newton.slow, FAR, FLOOR, float(newton.max_iterations))
         self._x, self._theta, self._z = np.zeros(n), np.zeros(turning), np.zeros((n, lanes))
         self._past, self._factored_for = Past() if predict else None, 0.0
 
@@ -150,11 +150,12 @@ class CompiledStepper:
         if self._past is not None and guess is None:
             predicted = self._past.middle(x, dt)
             guesses = guesses if predicted is None else [predicted[:, None], *guesses]
-        count, size, how, left = 0, float(np.sqrt(stages) * np.linalg.norm(x)), -1, np.inf
+        size = float(np.sqrt(stages)) * kernels.measure(self._x[:, None], dt, self._kinds[1])
+        count, how, left = 0, -1, np.inf
         for start in guesses:
             how, iterations, left = kernels.solve(
                 self._z, start, size, self._factored_for == dt, dt, self._equation, self._method, data, self._work,
-                self._room, self._factors, self._carrying, self._options,
+                self._room, self._factors, self._kinds, self._options,
             )  # fmt: skip
             count += iterations
             self._factored_for = dt if how == kernels.CONVERGED else 0.0

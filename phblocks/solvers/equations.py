@@ -40,6 +40,8 @@ class Equations:
         What multiplies x', x and, for the last, u: G0 together with the kinematics of the inputs.
     T, K, kinematics, K_g, K_u : Triplets
         As in the system.
+    followers : numpy.ndarray
+        The states whose equations are differences.
     scale, size : numpy.ndarray
         Units of the states, and what equations are multiplied by to be of order one in them, shape (n,). Forces of one
         unit are of one kind: those without energy have that of the others that feel the same.
@@ -54,6 +56,7 @@ class Equations:
     kinematics: Triplets
     K_g: Triplets
     K_u: Triplets
+    followers: Ints
     scale: Floats
     size: Floats
 
@@ -74,7 +77,8 @@ class Equations:
         scale = state_scale(system)
         equations = cls(
             system.rate_matrix, system.J0, system.R0, sp.csr_array(system.G0 + system.kinematics_u),
-            Triplets.from_coo(system.T), system.K, system.kinematics, system.K_g, system.K_u, scale, scale,
+            Triplets.from_coo(system.T), system.K, system.kinematics, system.K_g, system.K_u,
+            np.empty(0, dtype=np.int64), scale, scale,
         )  # fmt: skip
         followers, leaders = _followers(system, equations)
         return equations._subtracted(followers, leaders) if followers.size else equations
@@ -96,6 +100,7 @@ class Equations:
             J0=sp.csr_array(keep @ self.J0),
             R0=R0,
             inputs=sp.csr_array(keep @ self.inputs),
+            followers=followers,
             scale=scale,
             size=size,
             **{name: taken(part, left[part.indices[0]]) for name, part in parts.items()},

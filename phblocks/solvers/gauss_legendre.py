@@ -149,7 +149,7 @@ class GaussLegendreStepper:
             z, iterations = self._solve_linear(x, dt, u, kept)
         else:
             stage.begin_step(x, theta, dt, u)
-            guess, size = np.repeat(x[:, None], stages, axis=1), np.sqrt(stages) * float(np.linalg.norm(x))
+            guess, size = np.repeat(x[:, None], stages, axis=1), np.sqrt(stages) * stage.measure(x)
             z, iterations = self._newton.solve(stage, self.solver, guess, size, kept)
         self._factored_for = None if z is None else dt
         if z is None:

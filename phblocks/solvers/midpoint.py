@@ -163,7 +163,7 @@ class MidpointStepper:
         """Newton's method from the first of the guesses that leads to convergence."""
         predicted = self._past.middle(x, dt) if self._predict else None
         guesses = [x if guess is None else guess[0]] if predicted is None or guess is not None else [predicted, x]
-        count, size = 0, float(np.linalg.norm(x))
+        count, size = 0, self.stage.measure(x)
         for start in guesses:
             z, iterations = self._newton.solve(self.stage, self.solver, start, size, self._factored_for == dt)
             self._factored_for, count = None if z is None else dt, count + iterations

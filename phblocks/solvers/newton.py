@@ -11,8 +11,8 @@ from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.solvers.linear import LinearSolver
 from phblocks.triplets import Floats, Ints
 
-#: States with energy that are smaller than this, relative to the forces of joints, are round-off.
-HELD = 1e-12
+#: An update of this relative size, that falls no more, is round-off if the residual is.
+FLOOR = 1e-8
 #: An update with an old factor that is this many times as large as the guess is not believed.
 FAR = 100.0
 
@@ -68,6 +68,21 @@ class Equation(Protocol):
         """
         ...
 
+    def measure(self, z: Floats) -> float:
+        """Measure unknowns, or an update of them, in one unit: the root of an energy.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns.
+
+        Returns
+        -------
+        float
+            Of those without energy the impulse counts.
+        """
+        ...
+
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.
 
@@ -92,8 +107,9 @@ CURVATURE = 10.0
 class Newton:
     """Options of Newton's method.
 
-    The unknowns are scaled by the square root of the energy they carry, so one relative tolerance suits forces of
-    1e8 N and velocities of 1e-6 m/s alike.
+    The unknowns are scaled by the square root of the energy they carry, and those that carry none (constraint forces)
+    by what their impulse over the step moves, so one relative tolerance suits forces of 1e8 N and velocities of
+    1e-6 m/s alike.
 
     Parameters
     ----------
@@ -140,7 +156,7 @@ class Newton:
         guess : numpy.ndarray
             Shape (n,) or (n, stages), in scaled, reordered unknowns.
         size : float
-            Norm of the state the tolerance is relative to.
+            Measure of the state the tolerance is relative to.
         kept : bool, optional
             The solver holds a factor of a similar matrix. The exact Newton method has no use for it.
 
@@ -167,7 +183,7 @@ class Newton:
                 if iteration == 2 and CURVATURE * change**2 > self.tolerance * progress.size**2:
                     # a first update nearly all along linear directions tells nothing of how the others converge
                     update = solver.solve(stage.residual(z))
-                    stage.left = progress.relative(float(np.linalg.norm(update)) ** 2 / change)
+                    stage.left = progress.relative(stage.measure(update) ** 2 / change)
                     return z - update, iteration + 1
                 stage.left = progress.relative(change * ratio**2 if change else 0.0)
                 return z, iteration
@@ -233,7 +249,7 @@ class ModifiedNewton(Newton):
             update = solver.solve(residual)
             before, z = z, z - update
             finite = progress.add(z, update)
-            if kept and not (finite and progress.falling and progress.change <= FAR * float(np.linalg.norm(guess))):
+            if kept and not (finite and progress.falling and progress.change <= FAR * stage.measure(guess)):
                 z, progress, age, kept = guess, _Progress(stage, size), 0, False  # an old factor proves nothing
                 continue
             stage.missed = residual
@@ -266,11 +282,11 @@ class _Progress:
 
     def add(self, z: Floats, update: Floats) -> bool:
         """Take in an update that led to z; say whether it is finite."""
-        last, last_moved, self.change = self.change, self._moved, float(np.linalg.norm(update))
+        last, last_moved, self.change = self.change, self._moved, self._stage.measure(update)
         # states without energy follow from the others: a large first correction of them, which their guess may
         # need, says nothing about how fast the others converge
         self._moved = float(np.linalg.norm(update[self._carrying]))
-        self.size = max(self._least, float(np.linalg.norm(z[self._carrying])))
+        self.size = max(self._least, self._stage.measure(z))
         if last > 0.0:
             self.ratio = max(self.change / last, self._moved / last_moved if last_moved > 0.0 else 0.0)
         return bool(np.isfinite(self.change))
@@ -286,7 +302,5 @@ class _Progress:
 
     def at_floor(self, z: Floats, residual: Floats) -> bool:
         """Say whether the residual is round-off: no further iteration can improve z."""
-        # where joints hold everything, the states with energy are nothing but round-off of the joints' forces
-        whole = float(np.linalg.norm(z))
-        near = self.change <= 1e-8 * (whole if self.size <= HELD * whole else self.size)
+        near = self.change <= FLOOR * self.size
         return near and bool(np.linalg.norm(residual) <= 1e3 * self._stage.round_off(z))

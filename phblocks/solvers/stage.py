@@ -52,6 +52,8 @@ class StageEquation:
         The unknowns without a rate: columns of zeros in what multiplies the rates.
     carrying : slice or numpy.ndarray
         The unknowns with a rate.
+    impulsive : numpy.ndarray
+        The unknowns that are measured by their impulse over the step: forces without energy.
     constant : bool
         The Jacobian does not depend on the unknowns.
     mass : numpy.ndarray
@@ -114,6 +116,9 @@ class StageEquation:
         rated = ~system.algebraic[self.order]
         self.algebraic = np.flatnonzero(~rated)
         self.carrying = np.flatnonzero(rated) if self.algebraic.size else slice(None)
+        impulsive = system.algebraic & ~system.coenergy
+        impulsive[equations.followers] = False
+        self.impulsive, self._span = np.flatnonzero(impulsive[self.order]), 1.0
         self.rows, self.columns = new[rows][sort], new[columns][sort]
         self.scale = scale[self.order]
         weight = (size_of[rows] * scale[columns])[sort]
@@ -307,7 +312,7 @@ class StageEquation:
         self._before = before
         if self._modulated is not None:
             self._modulated.undefined = ""
-        self._tau = tau
+        self._tau, self._span = tau, 2.0 * tau
         if mass_factor != self._mass_factor:
             self._mass_factor = mass_factor
             self._linear = mass_factor * self.mass - self._rest
@@ -482,6 +487,24 @@ class StageEquation:
         """
         self._work.data = entries
         return np.asarray(self._work @ z)
+
+    def measure(self, z: Floats) -> float:
+        """Measure unknowns, or an update of them, in one unit: the root of an energy.
+
+        Parameters
+        ----------
+        z : numpy.ndarray
+            Unknowns, shape (n,) or (n, stages).
+
+        Returns
+        -------
+        float
+            Euclidean norm; forces of constraint count by their impulse over the step that has begun.
+        """
+        if self.impulsive.size:
+            z = z.copy()
+            z[self.impulsive] *= self._span
+        return float(np.linalg.norm(z))
 
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.
