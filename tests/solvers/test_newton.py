@@ -5,8 +5,11 @@ import pytest
 
 import phblocks as ph
 from phblocks.errors import ArgumentTypeError, DataError
-from phblocks.solvers.linear import BandedSolver
+from phblocks.results.recording import Recorder
+from phblocks.solvers import compiled
+from phblocks.solvers.linear import BandedSolver, linear_solver
 from phblocks.solvers.newton import ModifiedNewton, Newton
+from phblocks.solvers.stage import StageEquation
 
 
 class Equations:
@@ -21,6 +24,9 @@ class Equations:
     def evaluate(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         self.evaluations += 1
         return self.f(z), self.df(z)
+
+    def measure(self, z: np.ndarray) -> float:
+        return float(np.linalg.norm(z))
 
     def round_off(self, z: np.ndarray) -> float:
         return float(1e-16 * np.linalg.norm(z))
@@ -252,3 +258,94 @@ def test_a_first_update_along_linear_directions_does_not_pass_for_convergence():
     solution = ph.simulate(d.compile(), 8 * 1.2e-3, 1.2e-3, inputs={"push": (0.0, 1.0)})
     assert solution.energy.total[0] == pytest.approx(4.3e4)
     assert max(solution.power.block_errors.values()) <= 1e-14 * 4.3e4
+
+
+# What is left of an accepted step, and what a failed one says
+
+RUBBER = ph.Section.rectangle(0.05, 0.05, young=2.1e7, poisson=0.3, density=2710.0, shear_factor=1.0)
+
+
+@pytest.fixture(params=[True, False], ids=["compiled", "interpreted"])
+def path(request, monkeypatch):
+    """Both iterations, that of compiled code and that which can be read."""
+    if request.param:
+        pytest.importorskip("numba")
+    else:
+        monkeypatch.setattr(compiled, "find_spec", lambda _: None)
+
+
+class Checked:
+    """Solves each accepted midpoint step once more from where it ended: what one iteration more would do."""
+
+    def __init__(self, system: ph.System, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.stage, self.updates = StageEquation(system), []
+        self.solver = linear_solver(self.stage.rows, self.stage.columns, self.stage.n)
+        self.x, self.theta = self.stage.pack(system.start.x), system.start.theta
+        add = Recorder.add
+
+        def watched(recorder, step, save_at):
+            self.updates.append(self.update(step))
+            add(recorder, step, save_at)
+
+        monkeypatch.setattr(Recorder, "add", watched)
+
+    def update(self, step) -> float:
+        stage, rate = self.stage, 2.0 / step.dt
+        stage.begin(rate, 0.5 * step.dt, self.theta, step.u[0], rate * stage.momentum(self.x))
+        residual, jacobian = stage.evaluate(step.z[0])
+        assert self.solver.factorise(jacobian)
+        self.x, self.theta = step.x, step.theta
+        return stage.measure(self.solver.solve(residual)) / stage.measure(step.z[0])
+
+
+@pytest.mark.parametrize("newton", [ModifiedNewton(), Newton()], ids=lambda newton: type(newton).__name__)
+@pytest.mark.parametrize("approximation", [None, ph.Approximation(shear=False, extension=False)], ids=["all", "EI"])
+def test_no_step_is_accepted_with_more_left_than_is_said(path, four_bar, approximation, newton, monkeypatch):
+    """One iteration more would change round-off only, in steps that were halved too."""
+    system = four_bar((10, 6, 6), coupler=RUBBER).compile(approximation=approximation)
+    checked = Checked(system, monkeypatch)
+    run = ph.simulate(system, 1.0, 0.1, method=ph.Midpoint(newton))
+    assert run.status.ok and run.statistics.residual.shape == (run.statistics.steps,)
+    assert run.statistics.residual.max() <= 1e-8
+    assert (np.array(checked.updates) <= 1e-14 + 10.0 * run.statistics.residual).all()
+
+
+@pytest.mark.parametrize("method", [ph.Midpoint(), ph.Midpoint(Newton()), ph.GaussLegendre(2)], ids=str)
+def test_a_failed_step_names_block_and_field(path, four_bar, method):
+    """With all results up to there; the state is one of the system's, its block one of the diagram's."""
+    run = ph.simulate(four_bar((10, 6, 6), coupler=RUBBER).compile(), 4.0, 0.1, method=method, max_halvings=0)
+    status = run.status
+    assert not status.ok and status.name == "step failed" and status.time == run.t[-1] > 0.0
+    assert status.state in run.system.state_names
+    assert status.block in ("crank", "coupler", "rocker") and status.field in ("V1", "V2", "W3", "N1", "N2", "M3")
+    assert status.state.startswith(f"{status.block}.{status.field}[")
+    assert f"the largest residual was that of {status.field} of {status.block!r}" in status.text
+    assert np.isfinite(run.x).all() and run.statistics.steps == len(run.t) - 1
+
+
+@pytest.mark.parametrize("spin", [1e-6, 1e-8, 1e-9, 1e-10, 1e-12, 1e-16])
+@pytest.mark.parametrize("method", [ph.Midpoint(), ph.Midpoint(Newton()), ph.GaussLegendre(2)], ids=str)
+def test_weights_that_hardly_move_are_solved(path, spin, method):
+    """Three hanging bars that swing by next to nothing under joint forces of a thousand newtons: as a larger swing
+    does, to the digits that velocities have beside the round-off of the forces' impulses.
+    """
+    section = ph.Section.rectangle(0.05, 0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
+    d = ph.Diagram("hanging", gravity=(0.0, -9.81))
+    last = d.ground
+    for i in range(3):
+        rigid = ph.Approximation(flexible=False)
+        bar = d.add(ph.Beam(f"bar {i}", section, (0.0, -8.0 * i), (0.0, -8.0 * i - 8.0), 1, approximation=rigid))
+        d.pin(last, bar.start)
+        last = bar.end
+    system = d.compile()
+    turning = [i for i, name in enumerate(system.state_names) if ".W3" in name]
+
+    def swing(spin: float) -> np.ndarray:
+        start = system.rigid_motion(spin=spin, about=(0.0, 0.0))
+        run = ph.simulate(system, 1.0, 0.02, start=start, method=method, max_halvings=0)
+        assert run.status.ok and run.statistics.residual.max() < 1e-11
+        return run.x[:, turning]
+
+    larger = swing(1e-4)
+    assert np.ptp(larger) > 1e-5
+    np.testing.assert_allclose(swing(spin), larger * (spin / 1e-4), rtol=0.0, atol=1e-6 * spin + 1e-14)
