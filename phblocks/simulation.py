@@ -171,7 +171,7 @@ def simulate(
     change = 0.0
     with suppress(NotFinite, InputFailed):  # a step will say so
         if watched(system):
-            require_slow(system, state, drive.at(np.linspace(0.0, t_end, SAMPLES)))
+            require_slow(system, state, drive.at(np.linspace(0.0, t_end, SAMPLES).tolist()))
     with suppress(NotFinite, InputFailed):
         if system.is_dae:
             state, change = consistent_start(system, state, drive.at([0.0])[0])
