@@ -115,9 +115,8 @@ def _write_film(scene: Scene, target: Path, fps: float) -> None:
     from matplotlib import animation
 
     mp4 = target.suffix == ".mp4"
-    settings = {"animation.ffmpeg_path": _ffmpeg()} if mp4 else {}
     kind: Any = animation.FFMpegWriter if mp4 else animation.PillowWriter
-    with plt.rc_context(settings):
+    with plt.rc_context({"animation.ffmpeg_path": _ffmpeg() if mp4 else "ffmpeg"}):
         writer, (figure, update) = kind(fps=fps), draw_scene(scene)
         with writer.saving(figure, str(target), 90):
             for frame in range(scene.t.size):
