@@ -158,9 +158,8 @@ class GaussLegendreStepper:
         end[stage.algebraic] = z[stage.algebraic] @ self._extrapolation
         rates = np.stack([stage.spin(z[:, i], u[i]) for i in range(stages)])
         turned = theta + dt * (self._collocation.A @ rates)
-        return Step(
-            end, theta + dt * (self._collocation.b @ rates), np.ascontiguousarray(z.T), turned, u, dt, iterations
-        )
+        theta_end, at_stages = theta + dt * (self._collocation.b @ rates), np.ascontiguousarray(z.T)
+        return Step(end, theta_end, at_stages, turned, u, dt, iterations, residual=stage.left)
 
     def _solve_linear(self, x: Floats, dt: float, u: Floats, kept: bool) -> tuple[Floats | None, int]:
         """One back-substitution with factors that are kept as long as the step stays the same."""
