@@ -128,5 +128,8 @@ def _followers(system: System, equations: Equations) -> tuple[Ints, Ints]:
 def _unfolded(entries: Triplets, n: int) -> sp.csr_array:
     """Lay all axes but the first one side by side, without columns of zeros."""
     first, *rest = entries.indices
-    places, column = np.unique(np.stack(rest), axis=1, return_inverse=True)
-    return Triplets((first, column.ravel()), entries.values).csr((n, places.shape[1]))
+    place = np.zeros_like(first)
+    for index in rest:
+        place = place * (int(index.max(initial=0)) + 1) + index
+    used, column = np.unique(place, return_inverse=True)
+    return Triplets((first, column), entries.values).csr((n, used.size))
