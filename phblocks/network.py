@@ -11,13 +11,15 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-
-import networkx as nx
+from typing import TYPE_CHECKING
 
 from phblocks.blocks.block import Block
 from phblocks.ports import Domain, Exposure, Port
 from phblocks.space import Space
 from phblocks.triplets import Floats
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 #: Anchors closer than this, relative to their coordinates, are in the same place.
 GAP_TOLERANCE = 1e-9
@@ -145,6 +147,8 @@ class Network:
             Nodes are names of blocks (attribute ``block``) and ``".junction i"`` (attribute ``junction``); there is an
             edge for each port, with the port's path as key and the attribute ``port``.
         """
+        import networkx as nx
+
         graph: nx.MultiGraph[str] = nx.MultiGraph(name=self.name)
         for name, block in self.blocks.items():
             graph.add_node(name, block=block)
