@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from phblocks.blocks import load_all
 from phblocks.blocks.block import Block
 from phblocks.blocks.values import plain, value_of
 from phblocks.errors import ArgumentTypeError, ExportError, PhblocksError, UnknownNameError
@@ -225,6 +226,7 @@ def draw(data: Mapping[str, Any], diagram: Drawing, where: str) -> None:
     PhblocksError
         As the same calls in Python: a number out of its range, a port that does not exist or is joined already.
     """
+    load_all()
     for i, entry in enumerate(data["blocks"]):
         at = f"{where}: blocks[{i}]"
         _require_keys(at, entry, "block")

@@ -46,6 +46,25 @@ def test_all_names_together_leave_heavy_modules_alone():
     assert HEAVY & loaded == set() and "phblocks.plots" in loaded
 
 
+def test_a_file_may_name_any_kind_of_block():
+    """Kinds are known by name once their modules are loaded; nobody has used a block before."""
+    code = """
+import phblocks as ph
+from phblocks.blocks.block import Block
+try:
+    ph.load("no such file.json")
+except ph.PhblocksError:
+    pass
+before = set(Block.kinds)
+from phblocks.description import draw
+draw({"blocks": [], "junctions": [], "exposed": []}, ph.Diagram(), "")
+after = set(Block.kinds)
+from phblocks import *
+assert {"Beam", "Spring", "CustomBlock"} <= after == set(Block.kinds) and "Spring" not in before
+"""
+    loaded_by(code)
+
+
 def test_every_module_with_public_names_can_be_the_first():
     """No module relies on another one having been loaded before: a circle would show here."""
     code = """
