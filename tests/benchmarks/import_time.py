@@ -1,4 +1,4 @@
-"""Time to import the library, divided by the time to import `scipy.sparse.linalg`, each in interpreters of their own."""
+"""Time to import the library, divided by that of `scipy.sparse.linalg`, each in an interpreter of its own."""
 
 from __future__ import annotations
 
