@@ -111,9 +111,9 @@ def _repaired(diagram: Diagram, report: CausalityReport, number: int | None, pat
     if not 0 <= number < len(report.repairs):
         raise DataError(
             "check --repair",
-            expected=f"a number below {len(report.repairs)}, that of the repairs",
+            expected=f"one of the {len(report.repairs)} repairs of the diagram, counted from 0",
             got=str(number),
-            fix="They are listed by phblocks check, and counted from 0.",
+            fix="phblocks check lists them.",
         )
     return str(report.repairs[number].apply(diagram).save(path))
 
@@ -132,7 +132,7 @@ def _told(system: System, whole: bool) -> str:
     number = Counter(effect.status for effect in system.effects)
     counts = ", ".join(f"{number[status]} {status}" for status in ("kept", "pruned", "approximated"))
     inputs = f", inputs {', '.join(system.input_names)}" if system.input_names else ""
-    held = f", {len(system.constraint_names)} constraints" if system.is_dae else ""
+    held = f", {len(system.constraint_names)} constraints" if system.constraint_names else ""
     lines = [f"compiled: {system.n} states{held}{inputs}", f"effects: {counts}"]
     shown = system.effects if whole else type(system.effects)(e for e in system.effects if e.status != "kept")
     return "\n".join([*lines, *([str(shown)] if len(shown) else [])])

@@ -18,21 +18,21 @@ from phblocks.errors import (
     ApproximationError,
     CausalityError,
     ConstraintError,
-    GapError,
     PhblocksError,
     PhblocksWarning,
     StructureError,
+    StudyError,
 )
 
-#: What ``compile`` raises: the diagram was read, and cannot work as it is drawn.
-ANSWERS_NO = (CausalityError, ConstraintError, StructureError, GapError, ApproximationError)
+#: The diagram was read, and cannot work as it is drawn; the runs of a study failed.
+ANSWERS_NO = (CausalityError, ConstraintError, StructureError, ApproximationError, StudyError)
 EPILOG = """\
 FILE is a diagram as JSON (phblocks export scene.py --to scene.json), or a Python file that defines `diagram`: a
 Diagram, or a function that returns one. FILE.py:NAME takes another name.
 
 exit codes:
   0  done, and the answer is yes
-  1  the answer is no: the diagram is not causal or does not compile, a run ended early
+  1  the answer is no: the diagram is not causal or does not compile, a run ended early, a study failed
   2  wrong usage or input
   3  a fault of the program: please report it, with --traceback
 
