@@ -3,6 +3,7 @@
 Run by `.ci/run` with the Python of an environment that has the dependencies and mypy.
 """
 
+import ast
 import shutil
 import subprocess
 import sys
@@ -13,6 +14,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 MOST_BYTES = 500_000
+#: Some of the modules whose docstrings are all there.
+WHOLE = ("phblocks/diagram.py", "phblocks/simulation.py", "phblocks/blocks/beam/beam.py", "phblocks/studies/choice.py")
 SHIPPED = ("py.typed", "diagram.schema.json", "report/page.css", "report/page.js", "__main__.py", "cli/entry.py")
 
 
@@ -31,6 +34,15 @@ def build(folder: Path) -> Path:
     return wheel
 
 
+def code(text: str) -> tuple[str, list[int]]:
+    """What a module does, and in which lines: its tree without docstrings, which hatch_build.py shortens."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and ast.get_docstring(node) is not None:
+            del node.body[0]
+    return ast.dump(tree), [node.lineno for node in ast.walk(tree) if hasattr(node, "lineno")]
+
+
 def inspect(wheel: Path) -> None:
     """Check size and content."""
     size = wheel.stat().st_size
@@ -39,6 +51,10 @@ def inspect(wheel: Path) -> None:
         names = archive.namelist()
         (points,) = (name for name in names if name.endswith("entry_points.txt"))
         assert "phblocks = phblocks.cli:main" in archive.read(points).decode()
+        for name in (name for name in names if name.endswith(".py")):
+            shipped, source = archive.read(name).decode(), (ROOT / name).read_text(encoding="utf-8")
+            assert code(shipped) == code(source), f"{name} is another one in the wheel"
+            assert shipped == source or name not in WHOLE, f"{name} is public"
     assert not [path for path in SHIPPED if f"phblocks/{path}" not in names]
     foreign = [name for name in names if not name.startswith(("phblocks/", "phblocks-")) or "__pycache__" in name]
     assert not foreign, foreign
