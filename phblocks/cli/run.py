@@ -243,7 +243,7 @@ def _described(solution: Solution) -> dict[str, Any]:
         "gap": _gap(solution),
     }
     health = getattr(solution, "health", None)
-    return data if health is None else {**data, "health": str(health)}
+    return data if health is None else {**data, "health": health.to_json()}
 
 
 def _told(solution: Solution) -> str:

@@ -142,3 +142,17 @@ def test_progress_is_on_stderr(phblocks):
     said = phblocks("run rod.py --t-end 0.05 --dt 0.01 --progress --json")
     assert said.data["ok"]  # nothing but the answer on stdout
     assert phblocks("run rod.py --t-end 0.05 --dt 0.01 --no-progress").err == ""
+
+
+def test_the_health_of_a_run_is_in_the_answer(phblocks, monkeypatch):
+    class Health:
+        def __str__(self):
+            return "balance 1e-15 J: fine"
+
+        def to_json(self):
+            return {"status": "success", "findings": []}
+
+    monkeypatch.setattr(ph.Solution, "health", Health(), raising=False)
+    line = "run stone.py --t-end 1 --dt 0.1"
+    assert phblocks(line).out.rstrip().endswith("balance 1e-15 J: fine")
+    assert phblocks(f"{line} --json").data["health"] == {"status": "success", "findings": []}
