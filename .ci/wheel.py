@@ -35,7 +35,7 @@ def build(folder: Path) -> Path:
 
 
 def code(text: str) -> tuple[str, list[int]]:
-    """What a module does, and in which lines: its tree without docstrings, which hatch_build.py shortens."""
+    """What a module does, and in which lines: its tree without docstrings, which wheel_docstrings.py shortens."""
     tree = ast.parse(text)
     for node in ast.walk(tree):
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and ast.get_docstring(node) is not None:
