@@ -68,7 +68,7 @@ def simulate(
         Step, s; the last one is shorter if dt does not divide t_end. The first step if the steps are adapted.
     method : Method or Integrator, optional
         Time method with its options; by default ``Midpoint()``, or ``DiscreteGradient()`` if the system has an energy
-        that is not quadratic. Others: ``GaussLegendre``, ``LinearlyImplicit``, ``ScipyIVP``, or one of your own that
+        that is not quadratic. Others: ``GaussLegendre``, ``RadauIIA``, ``LinearlyImplicit``, ``ScipyIVP``, or one of your own that
         satisfies :class:`~phblocks.solvers.method.Method`.
     start : State, optional
         Where to start from, see ``system.rigid_motion`` and ``solution.at``; the initial configuration at rest by

@@ -19,6 +19,7 @@ from phblocks.solvers.linearly_implicit import LinearlyImplicit
 from phblocks.solvers.method import Integrator, Method
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.newton import ModifiedNewton, Newton
+from phblocks.solvers.radau import RadauIIA
 from phblocks.solvers.schedule import Schedule
 from phblocks.solvers.scipy_ivp import ScipyIVP
 from phblocks.system import System
@@ -28,7 +29,7 @@ from phblocks.triplets import Triplets
 KNOWN: dict[str, Any] = {
     kind.__name__: kind
     for kind in (
-        *(Midpoint, DiscreteGradient, GaussLegendre, LinearlyImplicit, ScipyIVP),
+        *(Midpoint, DiscreteGradient, GaussLegendre, RadauIIA, LinearlyImplicit, ScipyIVP),
         *(Newton, ModifiedNewton, Adaptive),
     )
 }

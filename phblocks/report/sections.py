@@ -110,7 +110,7 @@ def energies(solution: Solution) -> str:
         for name, series in solution.energy.items()
     ]
     parts.append(table(("energy, J", "start", "end", "least", "most"), rows, "energy-table"))
-    columns = ("stored", "gravity", "received", "supplied", "dissipated")
+    columns = solution.power.columns
     rows = [[name, *(float(row[c][-1]) for c in columns)] for name, row in solution.power.blocks.items()]
     parts.append("<h3>Blocks: energy since the start, J</h3>\n" + table(("block", *columns), rows, "ledger"))
     if solution.t.size > 1 and any(any(row[1:]) for row in rows):

@@ -21,7 +21,7 @@ from phblocks.triplets import Floats, Ints, Triplets
 
 CHUNK = 128
 #: What the ledger knows at every saved time.
-SERIES = ("stored", "potential", "transferred", "supplied", "supplied_to", "shared", "dissipated")
+SERIES = ("stored", "potential", "transferred", "supplied", "supplied_to", "shared", "dissipated", "numerical")
 #: What is kept at every saved time, and of every step.
 ROWS = ("t", "x", "theta", "points", "input_integral", *SERIES, "balance_error")
 STEPS = ("newton_iterations", "lag")
@@ -49,6 +49,9 @@ class Ledger:
         that share, whose sum here is zero but for round-off.
     dissipated : numpy.ndarray
         By block, shape (times, blocks), J.
+    numerical : numpy.ndarray
+        What the time method took away, by block, shape (times, blocks), J: not of the equations, and zero for a
+        method that keeps energies.
     balance_error : numpy.ndarray
         Largest residual of the balance of the whole system over the steps up to each saved time since the one
         before, shape (times,), J.
@@ -67,6 +70,7 @@ class Ledger:
     supplied_to: Floats
     shared: Floats
     dissipated: Floats
+    numerical: Floats
     balance_error: Floats
     block_error: Floats
     connection_error: Floats
@@ -337,14 +341,16 @@ class Recorder:
         rates = self._books.rates(theta_z, z, frozen, u, losses)
         flows = {key: by_step(rate) for key, rate in rates.items()}
         between_ports = flows.pop("between_ports")
+        flows["numerical"] = self._damped(steps)
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
         stored = self._books.stored(self._expand(x))
         change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
-        gain = flows["supplied_to"] - flows["dissipated"] + self._books.received(flows["transferred"])
+        lost = flows["dissipated"] + flows["numerical"]
+        gain = flows["supplied_to"] - lost + self._books.received(flows["transferred"])
         missing = change - gain
         block_error = np.abs(self._books.of_groups(missing))
         flows["shared"] = missing * self._books.sharing
-        error = np.abs(change.sum(axis=1) - flows["supplied"].sum(axis=1) + flows["dissipated"].sum(axis=1))
+        error = np.abs(change.sum(axis=1) - flows["supplied"].sum(axis=1) + lost.sum(axis=1))
         self._worst[0] = np.maximum(self._worst[0], block_error.max(axis=0, initial=0.0))
         connection_error = np.abs(flows["transferred"] - between_ports)
         self._worst[1] = np.maximum(self._worst[1], connection_error.max(axis=0, initial=0.0))
@@ -374,6 +380,13 @@ class Recorder:
         self._totals = {key: total[-1] for key, total in totals.items()}
         self._steps.clear()
         self._losses.clear()
+
+    def _damped(self, steps: list[Step]) -> Floats:
+        """What the method took away in each step, shape (steps, blocks)."""
+        if all(step.damped is None for step in steps):
+            return np.zeros((len(steps), self._books.n_blocks))
+        taken = np.array([np.zeros_like(step.x) if step.damped is None else step.damped for step in steps])
+        return np.asarray(self._books.stored(self._expand(self.stage.unpack(taken))).sum(axis=2))
 
     def _complete(self, dt: Floats, z: Floats, x: Floats) -> None:
         """Fill in the states without a rate, also in the rows of the start and of the last step before."""
@@ -462,6 +475,7 @@ class _Books:
             "supplied_to": self.n_blocks,
             "shared": self.n_blocks,
             "dissipated": self.n_blocks,
+            "numerical": self.n_blocks,
         }
         return {key: np.zeros(size) for key, size in sizes.items()}
 

@@ -1,14 +1,15 @@
-"""Collocation at Gauss points: coefficients, and the stages of a step as one equation."""
+"""Collocation: coefficients, and the stages of a step as one equation."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.special import roots_jacobi
 
 from phblocks.solvers.linear import linear_solver
 from phblocks.solvers.stage import StageEquation
@@ -16,9 +17,9 @@ from phblocks.system import System
 from phblocks.triplets import Floats, Ints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Collocation:
-    """Coefficients of Gauss-Legendre collocation.
+    """Coefficients of a collocation method; those of a kind and number of stages are one object.
 
     Parameters
     ----------
@@ -33,8 +34,9 @@ class Collocation:
     A: Floats
 
     @classmethod
+    @cache
     def gauss(cls, stages: int) -> Collocation:
-        """Compute the coefficients.
+        """Compute the coefficients of Gauss-Legendre collocation.
 
         Parameters
         ----------
@@ -44,14 +46,35 @@ class Collocation:
         Returns
         -------
         Collocation
-            Of order ``2 stages``.
+            Of order ``2 stages``; quadratic energies are kept.
         """
         nodes, weights = np.polynomial.legendre.leggauss(stages)
-        c = 0.5 * (nodes + 1.0)
-        power = np.arange(stages)
+        return cls._at(0.5 * (nodes + 1.0), 0.5 * weights)
+
+    @classmethod
+    @cache
+    def radau(cls, stages: int) -> Collocation:
+        """Compute the coefficients of Radau IIA, whose last stage is the end of the step.
+
+        Parameters
+        ----------
+        stages : int
+            Their number.
+
+        Returns
+        -------
+        Collocation
+            Of order ``2 stages - 1``; quadratic energies fall.
+        """
+        inner = roots_jacobi(stages - 1, 1.0, 0.0)[0] if stages > 1 else np.empty(0)
+        c, power = np.append(0.5 * (inner + 1.0), 1.0), np.arange(stages)
+        return cls._at(c, np.linalg.solve((c[:, None] ** power).T, 1.0 / (power + 1)))
+
+    @classmethod
+    def _at(cls, c: Floats, b: Floats) -> Collocation:
+        power = np.arange(c.size)
         integrals = c[:, None] ** (power + 1) / (power + 1)
-        A = np.asarray(np.linalg.solve((c[:, None] ** power).T, integrals.T).T, dtype=np.float64)
-        return cls(c, 0.5 * weights, A)
+        return cls(c, b, np.asarray(np.linalg.solve((c[:, None] ** power).T, integrals.T).T, dtype=np.float64))
 
     @property
     def inverse(self) -> Floats:
@@ -61,12 +84,33 @@ class Collocation:
     @property
     def end(self) -> Floats:
         """Weights d in ``x_{n+1} = x_n + sum_i d_i (z_i - x_n)``."""
+        if self.c[-1] == 1.0:
+            return np.eye(self.c.size)[-1]
         return np.asarray(self.b @ self.inverse)
 
     @property
     def extrapolation(self) -> Floats:
         """Weights that continue the polynomial through the stages to the end of the step."""
+        if self.c[-1] == 1.0:
+            return np.eye(self.c.size)[-1]
         return np.asarray(np.linalg.solve((self.c[:, None] ** np.arange(self.c.size)).T, np.ones(self.c.size)))
+
+    @cached_property
+    def loss(self) -> Floats | None:
+        """Weights l: a step loses the energy of ``sum_i l_i (z_i - x_n)``, beside what R takes; ``None`` if nothing.
+
+        With the polynomial u of degree s through x_n and the stages, ``H(x_{n+1}) - H(x_n)`` is the integral of
+        ``u'^T E u``, of degree 2 s - 1, and the weights b integrate all of it but the leading coefficient. What is
+        left over is a multiple of the energy of the leading coefficient of u.
+        """
+        s = self.c.size
+        share = 2.0 * s * float(self.b @ self.c ** (2 * s - 1)) - 1.0
+        if abs(share) < 1e-12:
+            return None
+        nodes = np.append(self.c, 0.0)
+        apart = nodes[:s, None] - nodes
+        apart[np.arange(s), np.arange(s)] = 1.0
+        return np.asarray(np.sqrt(share) / apart.prod(axis=1))
 
 
 class CollocationEquation(StageEquation):
@@ -86,17 +130,17 @@ class CollocationEquation(StageEquation):
     ----------
     system : System
         The system to integrate.
-    stages : int
-        Of the method.
+    collocation : Collocation
+        Coefficients of the method.
 
     Notes
     -----
     E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.8, doi:10.1007/978-3-642-05221-7.
     """
 
-    def __init__(self, system: System, stages: int) -> None:
+    def __init__(self, system: System, collocation: Collocation) -> None:
         super().__init__(system)
-        self.collocation = collocation = Collocation.gauss(stages)
+        self.collocation = collocation
         self.modes = Modes.of(collocation.A)
         self._inverse = collocation.inverse
 
@@ -172,6 +216,24 @@ class CollocationEquation(StageEquation):
         turning = by_angle @ (kappa * slopes[self._feature])
         tau = self._dt * self.modes.values[:, None]
         return residual, self.mass / tau - direct - tau * turning
+
+    def lost(self, x: Floats, z: Floats) -> Floats | None:
+        """Return the unknowns whose energy a step loses to the method.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Unknowns at its start, shape (n,).
+        z : numpy.ndarray
+            Unknowns at the stages, shape (n, stages).
+
+        Returns
+        -------
+        numpy.ndarray or None
+            Shape (n,); ``None`` for a method that keeps energies.
+        """
+        loss = self.collocation.loss
+        return None if loss is None else (z - x[:, None]) @ loss
 
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.

@@ -34,6 +34,8 @@ class Step:
     points : numpy.ndarray, optional
         Positions of the material points at the end, shape (n_points, dimension), m, if not by the velocities at the
         stages.
+    damped : numpy.ndarray, optional
+        Unknowns whose energy the method takes away, shape (n,), beside what is dissipated; if it takes any.
     """
 
     x: Floats
@@ -46,6 +48,7 @@ class Step:
     frozen: Floats | None = None
     lag: float = 0.0
     points: Floats | None = None
+    damped: Floats | None = None
 
 
 class StepFailed(Exception):

@@ -15,6 +15,8 @@ CASES = {
     "newton": ("arm", {"method": ph.Midpoint(ph.Newton())}),
     "gauss 2": ("arm", {"method": ph.GaussLegendre(2)}),
     "gauss 3": ("arm", {"method": ph.GaussLegendre(3)}),
+    "radau iia 2": ("arm", {"method": ph.RadauIIA(2)}),
+    "radau iia 3": ("arm", {"method": ph.RadauIIA(3)}),
     "linearly implicit": ("arm", {"method": ph.LinearlyImplicit()}),
     "corrected": ("arm", {"method": ph.LinearlyImplicit(corrections=1)}),
     "discrete gradient": ("arm", {"method": ph.DiscreteGradient()}),
