@@ -40,6 +40,7 @@ from phblocks.solvers.gauss_legendre import GaussLegendre
 from phblocks.solvers.linearly_implicit import LinearlyImplicit
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.newton import ModifiedNewton, Newton
+from phblocks.solvers.projection import Projection
 from phblocks.solvers.radau import RadauIIA
 from phblocks.solvers.scipy_ivp import ScipyIVP
 from phblocks.system import State, System
@@ -82,6 +83,7 @@ __all__ = [
     "Parameter",
     "PhblocksError",
     "Port",
+    "Projection",
     "Quantity",
     "RadauIIA",
     "Reference",

@@ -22,7 +22,7 @@ LETTER, LINE = 0.085, 0.16
 #: Width of the strongest arrow, points, and the share of it below which a flow is left out.
 BROADEST, WEAKEST = 9.0, 1e-6
 #: Rows of the ledger that are written into a block.
-ROWS = ("stored", "gravity", "dissipated", "numerical_loss")
+ROWS = ("stored", "gravity", "dissipated", "numerical_loss", "projected")
 
 Statistic = Literal["mean", "peak"]
 
@@ -43,8 +43,9 @@ def power_flow(solution: Solution, statistic: Statistic = "mean", *, ax: Axes | 
     -------
     matplotlib.axes.Axes
         Without coordinates. Arrows, as broad as the power, go where it goes, with the number in W; boxes are blocks, in
-        which stands how their stored energy and that of gravity rise and what they lose, to the method too: mean powers in and out of a
-        block add up to these. Openings to the outside are in italics. What is below 1e-6 of the strongest is left out.
+        which stands how their stored energy and that of gravity rise, what they lose, to the time method too, and what
+        closing loops added: mean powers in and out of a block add up to these. Openings to the outside are in italics.
+        What is below 1e-6 of the strongest is left out.
 
     Raises
     ------

@@ -141,6 +141,9 @@ def health(solution: Solution) -> str:
         [f"balance of {worst}, the worst part", residual, "J"],
         ["energy the start was changed by", solution.statistics.start_energy_change, "J"],
         ["steps halved", solution.statistics.halvings, ""],
+        ["times loops were closed", solution.statistics.projections, ""],
+        ["energy that closing loops added", solution.statistics.projection_energy_change, "J"],
+        ["energy the method took away", float(solution.energy.numerical_loss[-1]), "J"],
         ["steps rejected", solution.statistics.rejections, ""],
     ]
     with suppress(UnknownNameError):

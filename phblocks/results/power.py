@@ -49,10 +49,11 @@ class PowerLedger:
 
     @property
     def blocks(self) -> Mapping[str, Mapping[str, Floats]]:
-        """For each block stored, gravity, received (from blocks), supplied (from outside), dissipated, numerical_loss.
+        """For each block stored, gravity, received (from blocks), supplied (from outside), and what it loses.
 
-        Each of shape (times,), J, as changes since the start; for every block ``stored + gravity = received + supplied
-        - dissipated - numerical_loss``. For blocks that share states this defines the part of received that passes
+        That is dissipated, numerical_loss (to the time method) and projected (what closing loops added). Each of shape
+        (times,), J, as changes since the start; for every block ``stored + gravity = received + supplied - dissipated
+        - numerical_loss + projected``. For blocks that share states this defines the part of received that passes
         through them.
         """
         ledger = self.recording.ledger
@@ -69,14 +70,17 @@ class PowerLedger:
                 "supplied": ledger.supplied_to[:, b],
                 "dissipated": ledger.dissipated[:, b],
                 "numerical_loss": ledger.numerical[:, b],
+                "projected": ledger.projected[:, b],
             }
         return result
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The series of :attr:`blocks` to be shown: numerical_loss only if there was any."""
-        usual = ("stored", "gravity", "received", "supplied", "dissipated")
-        return (*usual, "numerical_loss") if self.recording.ledger.numerical.any() else usual
+        """The series of :attr:`blocks` to be shown: numerical_loss and projected only if there was any."""
+        ledger = self.recording.ledger
+        rare = {"numerical_loss": ledger.numerical, "projected": ledger.projected}
+        shown = tuple(name for name, series in rare.items() if series.any())
+        return ("stored", "gravity", "received", "supplied", "dissipated", *shown)
 
     @property
     def block_errors(self) -> Mapping[str, float]:

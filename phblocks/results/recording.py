@@ -21,7 +21,17 @@ from phblocks.triplets import Floats, Ints, Triplets
 
 CHUNK = 128
 #: What the ledger knows at every saved time.
-SERIES = ("stored", "potential", "transferred", "supplied", "supplied_to", "shared", "dissipated", "numerical")
+SERIES = (
+    "stored",
+    "potential",
+    "transferred",
+    "supplied",
+    "supplied_to",
+    "shared",
+    "dissipated",
+    "numerical",
+    "projected",
+)
 #: What is kept at every saved time, and of every step.
 ROWS = ("t", "x", "theta", "points", "input_integral", *SERIES, "balance_error")
 STEPS = ("newton_iterations", "lag")
@@ -52,6 +62,8 @@ class Ledger:
     numerical : numpy.ndarray
         What the time method took away, by block, shape (times, blocks), J: not of the equations, and zero for a
         method that keeps energies.
+    projected : numpy.ndarray
+        What closing loops added, by block, shape (times, blocks), J.
     balance_error : numpy.ndarray
         Largest residual of the balance of the whole system over the steps up to each saved time since the one
         before, shape (times,), J.
@@ -71,6 +83,7 @@ class Ledger:
     shared: Floats
     dissipated: Floats
     numerical: Floats
+    projected: Floats
     balance_error: Floats
     block_error: Floats
     connection_error: Floats
@@ -334,7 +347,8 @@ class Recorder:
             return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
 
         moved = by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape)
-        points = self._points + np.cumsum(moved, axis=0)
+        shift = np.array([np.zeros_like(self._points) if s.shift is None else s.shift for s in steps])
+        points = self._points + np.cumsum(moved + shift, axis=0)
         if steps[-1].points is not None:  # the method integrates them itself
             points = np.array([s.points for s in steps])
         integral = self._integral + np.cumsum(by_step(u), axis=0)
@@ -342,10 +356,11 @@ class Recorder:
         flows = {key: by_step(rate) for key, rate in rates.items()}
         between_ports = flows.pop("between_ports")
         flows["numerical"] = self._damped(steps)
+        flows["projected"] = self._projected(steps, x, shift)
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
         stored = self._books.stored(self._expand(x))
         change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
-        lost = flows["dissipated"] + flows["numerical"]
+        lost = flows["dissipated"] + flows["numerical"] - flows["projected"]
         gain = flows["supplied_to"] - lost + self._books.received(flows["transferred"])
         missing = change - gain
         block_error = np.abs(self._books.of_groups(missing))
@@ -387,6 +402,16 @@ class Recorder:
             return np.zeros((len(steps), self._books.n_blocks))
         taken = np.array([np.zeros_like(step.x) if step.damped is None else step.damped for step in steps])
         return np.asarray(self._books.stored(self._expand(self.stage.unpack(taken))).sum(axis=2))
+
+    def _projected(self, steps: list[Step], x: Floats, shift: Floats) -> Floats:
+        """What closing loops added at the end of each step, shape (steps, blocks)."""
+        added = np.zeros((len(steps), self._books.n_blocks))
+        at = [i for i, step in enumerate(steps) if step.before is not None]
+        if at:
+            before = self.stage.unpack(np.array([steps[i].before for i in at]))
+            change = self._books.stored(self._expand(x[at])) - self._books.stored(self._expand(before))
+            added[at] = change.sum(axis=2) + self._books.potential(shift[at])
+        return added
 
     def _complete(self, dt: Floats, z: Floats, x: Floats) -> None:
         """Fill in the states without a rate, also in the rows of the start and of the last step before."""
@@ -476,6 +501,7 @@ class _Books:
             "shared": self.n_blocks,
             "dissipated": self.n_blocks,
             "numerical": self.n_blocks,
+            "projected": self.n_blocks,
         }
         return {key: np.zeros(size) for key, size in sizes.items()}
 

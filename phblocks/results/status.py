@@ -210,6 +210,12 @@ class Statistics:
     lag : numpy.ndarray, optional
         Consistency of a linearly implicit method, of each accepted step, shape (steps,): how far the extrapolated
         state that fixed the structure was from the state in the middle, in the energy norm, relative.
+    projections : int, optional
+        How often loops were closed (``Projection``).
+    largest_gap : float, optional
+        The largest jump at a joint that was closed then, m.
+    projection_energy_change : float, optional
+        Energy that this added, stored and of gravity, J.
     """
 
     steps: int
@@ -220,6 +226,9 @@ class Statistics:
     start_energy_change: float = 0.0
     rejections: int = 0
     lag: Floats = field(default_factory=lambda: np.zeros(0))
+    projections: int = 0
+    largest_gap: float = 0.0
+    projection_energy_change: float = 0.0
 
     def __repr__(self) -> str:
         """Summarise in one line, without the numbers of every step."""
@@ -232,9 +241,12 @@ class Statistics:
         rejected = f", {self.rejections} rejections" if self.rejections else ""
         largest = float(self.lag.max(initial=0.0))
         lagging = f", structure off by {largest:.2g}" if largest else ""
+        closed = ""
+        if self.projections:
+            closed = f", loops closed {self.projections} times ({self.projection_energy_change:+.3g} J)"
         return (
             f"{self.steps} steps, {mean:.2f} Newton iterations a step, {self.halvings} halvings{rejected}, "
-            f"{self.loop_seconds:.3g} s{lagging}{projected}"
+            f"{self.loop_seconds:.3g} s{lagging}{projected}{closed}"
         )
 
 

@@ -68,7 +68,8 @@ class Collocation:
         """
         inner = roots_jacobi(stages - 1, 1.0, 0.0)[0] if stages > 1 else np.empty(0)
         c, power = np.append(0.5 * (inner + 1.0), 1.0), np.arange(stages)
-        return cls._at(c, np.linalg.solve((c[:, None] ** power).T, 1.0 / (power + 1)))
+        b = np.linalg.solve((c[:, None] ** power).T, 1.0 / (power + 1))
+        return cls._at(c, np.asarray(b, dtype=np.float64))
 
     @classmethod
     def _at(cls, c: Floats, b: Floats) -> Collocation:
@@ -85,14 +86,14 @@ class Collocation:
     def end(self) -> Floats:
         """Weights d in ``x_{n+1} = x_n + sum_i d_i (z_i - x_n)``."""
         if self.c[-1] == 1.0:
-            return np.eye(self.c.size)[-1]
+            return np.asarray(np.eye(self.c.size)[-1])
         return np.asarray(self.b @ self.inverse)
 
     @property
     def extrapolation(self) -> Floats:
         """Weights that continue the polynomial through the stages to the end of the step."""
         if self.c[-1] == 1.0:
-            return np.eye(self.c.size)[-1]
+            return np.asarray(np.eye(self.c.size)[-1])
         return np.asarray(np.linalg.solve((self.c[:, None] ** np.arange(self.c.size)).T, np.ones(self.c.size)))
 
     @cached_property

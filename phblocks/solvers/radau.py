@@ -23,8 +23,8 @@ class RadauIIA:
     of its own, ``solution.energy.numerical_loss``, and a column of ``solution.power``.
 
     A mode with ``h omega = w`` loses the share ``w^4 / (36 + 4 w^2 + w^4)`` of its energy in a step with two stages,
-    ``w^6 / 3600`` to leading order with three: w = 0.05 loses 1.7e-7 and 4e-12 a step, w = 1 loses 2.4 % and 0.03 %, w =
-    1000 all but 4e-6 and 9e-6.
+    ``w^6 / 3600`` to leading order with three: w = 0.05 loses 1.7e-7 and 4e-12 a step, w = 1 loses 2.4 % and 0.03 %,
+    w = 1000 all but 4e-6 and 9e-6.
 
     Conserved: nothing, but all that is lost is told. Elongation and length of springs change alike to the order of the
     method only. Constraints of joints with multipliers hold at the end of every step, and multipliers do not

@@ -36,6 +36,10 @@ class Step:
         stages.
     damped : numpy.ndarray, optional
         Unknowns whose energy the method takes away, shape (n,), beside what is dissipated; if it takes any.
+    before : numpy.ndarray, optional
+        Unknowns at the end before they were projected, shape (n,), if they were.
+    shift : numpy.ndarray, optional
+        By how much that moved the material points, shape (n_points, dimension), m.
     """
 
     x: Floats
@@ -49,6 +53,8 @@ class Step:
     lag: float = 0.0
     points: Floats | None = None
     damped: Floats | None = None
+    before: Floats | None = None
+    shift: Floats | None = None
 
 
 class StepFailed(Exception):

@@ -161,7 +161,8 @@ def energy_error(solution: Solution) -> float:
         there is no energy.
     """
     energy = solution.energy
-    left = np.abs(energy.total - energy.total[0] - energy.supplied + energy.dissipated + energy.numerical_loss).max()
+    lost = energy.dissipated + energy.numerical_loss - energy.projected
+    left = np.abs(energy.total - energy.total[0] - energy.supplied + lost).max()
     largest = max(float(np.abs(series).max()) for series in energy.values())
     return float(left / largest) if largest else 0.0
 

@@ -58,7 +58,7 @@ def errors(run, method, steps):
     ],
 )
 def test_order(soft_swing, method, steps, last):
-    """Fitted orders within 0.15 of 2, 3, 4, 5 and 6 (specified; measured within 0.02), last errors near the measured ones.
+    """Fitted orders within 0.15 of 2 to 6 (specified; measured within 0.02), last errors near the measured ones.
 
     Ours is the reference: three stages, 800 steps, 1e-14.
     """

@@ -227,10 +227,9 @@ def test_with_steps_adapted(four_bar, stages):
 
 def test_energies_that_are_not_quadratic_are_refused_by_name():
     x4 = {"gradient": lambda x: np.array([x[0] ** 3, x[1]]), "hessian": lambda x: np.diag([3 * x[0] ** 2, 1.0])}
+    x4 |= {"J": [[0, 1], [-1, 0]], "start": [1, 0]}
     d = ph.Diagram("duffing")
-    d.add(
-        ph.CustomBlock("quartic", 2, lambda x: x[0] ** 4 / 4 + x[1] ** 2 / 2, **x4, J=[[0, 1], [-1, 0]], start=[1, 0])
-    )
+    d.add(ph.CustomBlock("quartic", 2, lambda x: x[0] ** 4 / 4 + x[1] ** 2 / 2, **x4))
     with pytest.raises(MethodError, match=r"RadauIIA for system 'duffing'.*'quartic'.*ph\.DiscreteGradient\(\)"):
         ph.simulate(d.compile(), 1.0, 0.1, method=ph.RadauIIA())
 
