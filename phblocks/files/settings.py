@@ -112,7 +112,7 @@ class Settings:
                 got=repr(method),
                 fix="Leave it out, or give the same.",
             )
-        adaptive, projection = _made(text["adaptive"]), _made(text["projection"])
+        adaptive, projection = _made(text["adaptive"]), _made(text.get("projection"))
         return cls(schedule, method or _made(wanted), text["max_halvings"], adaptive, projection)
 
 

@@ -199,9 +199,9 @@ class Loops:
         system = self.system
         kinds, of_state = np.array(system.energy_kinds), system.energy_kind_of_state
         kind = kinds[of_state] if of_state.size else np.empty(0, dtype=str)
-        self._moves, self._strains = kind == MOVING, kind == STRAINED
+        self._moves, self._strains = kind == MOVING, (kind == STRAINED) & system.carries_energy
         lossless = system.R.diagonal() == 0.0
-        used = self._moves | self._strains | ((kind == NO_ENERGY) & lossless)
+        used = self._moves | (kind == STRAINED) | ((kind == NO_ENERGY) & lossless)
         inner = np.flatnonzero(used)
         self._scale = state_scale(system)[inner]
         return inner

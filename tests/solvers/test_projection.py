@@ -1,5 +1,7 @@
 """Runs whose loops are closed: what that changes, what it costs in energy, and that both are told."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,40 @@ def test_loops_are_closed_and_the_energy_is_told(four_bar, scene, method):
     assert not open_run.energy.projected.any() and open_run.statistics.projections == 0
 
 
+VARIANTS = {
+    "internal damping": ({"damping": ph.Damping(viscous=1.0, internal=1e-4)}, None, False),
+    "no extension": ({}, ph.Approximation(extension=False), False),
+    "rigid": ({}, ph.Approximation(flexible=False), False),
+    "no rotary inertia": ({}, ph.Approximation(rotary_inertia=False), False),
+    "welded corner": ({}, None, True),
+}
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_whatever_the_beams_are(variant):
+    """Dampers do not resist, strains without compliance stay zero, corners stay corners."""
+    options, approximation, welded = VARIANTS[variant]
+    bar = ph.Section.rectangle(0.05, 0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
+    d = ph.Diagram("four-bar", gravity=(0.0, -9.81))
+    corners = [(0.0, 0.5), (2.0, 1.5), (3.5, 1.5), (2.5, 0.5)]
+    bars = [
+        d.add(ph.Beam(name, bar, *ends, 3, 2, **options))
+        for name, ends in zip(("crank", "coupler", "rocker"), itertools.pairwise(corners), strict=True)
+    ]
+    d.pin(bars[0].start, d.ground)
+    (d.weld if welded else d.pin)(bars[0].end, bars[1].start)
+    d.pin(bars[1].end, bars[2].start)
+    d.pin(bars[2].end, d.ground)
+    system = d.compile(**({} if approximation is None else {"approximation": approximation}))
+    for method in (ph.Midpoint(), ph.RadauIIA(2)):
+        closed = ph.simulate(system, 0.2, 0.01, method=method, projection=ph.Projection())
+        assert closed.status.ok and closed.statistics.halvings == 0 and closed.statistics.projections > 10
+        assert largest_gap(closed) < 1e-11 and balanced(closed) < 1e-11
+        assert np.abs(closed.energy.projected).max() < 1e-3 * np.abs(closed.energy.gravity).max()
+        if variant == "no extension":
+            assert closed.energy.strain[-1] > 0.0
+
+
 def test_one_projection_by_hand():
     """What one projection changes, from the states before and after it: stored energy, and masses that were lifted."""
     system = frame()
@@ -80,8 +116,17 @@ def test_the_order_of_the_method_stays(method, steps):
         errors.append((np.abs(apart).max(), np.abs(run.recording.theta[-1] - exact.recording.theta[-1]).max()))
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert np.abs(order - method.order).max() < 0.2
-    print(errors)
     assert errors[-1][0] < {2: 3e-3, 3: 1e-5}[method.order]
+
+
+def test_velocities_of_joints_with_multipliers_are_projected_too():
+    """What Gauss-Legendre collocation loses there in order comes back."""
+    system = frame()
+    exact, errors = ph.simulate(system, 1.0, 1 / 400, method=ph.GaussLegendre(3), projection=ph.Projection()), []
+    for projection in (None, ph.Projection()):
+        run = ph.simulate(system, 1.0, 1 / 40, method=ph.GaussLegendre(2), projection=projection)
+        errors.append(np.abs((run.x - exact.x[::10])[:, :9]).max())
+    assert errors[0] > 1e-3 and errors[1] < 1e-5
 
 
 def soft_loop(elements: int, degree: int = 1) -> ph.System:
