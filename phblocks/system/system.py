@@ -388,6 +388,14 @@ class System:
         """
         return find_constraints(self).names if self.is_dae else ()
 
+    @cached_property
+    def acting(self) -> Ints:
+        """The inputs that may differ from zero: all, but those that ``effects`` was proven without.
+
+        Matrices and models for other tools have these only: what the others alone would move is not computed.
+        """
+        return np.setdiff1d(np.arange(self.n_inputs), self.pruning.quiet)
+
     @property
     def input_names(self) -> tuple[str, ...]:
         """Name of each input."""

@@ -374,8 +374,8 @@ def test_matrices_are_the_same_from_input_to_output():
         m = d.compile(effects=effects).matrices()
         s = 2j * np.pi * 300.0
         found.append(m.G.T @ np.linalg.solve((s * m.E - m.J + m.R).toarray(), m.G[:, [0]].toarray()))
+    assert found[0].shape == (1, 1) and found[1].shape == (2, 1)
     np.testing.assert_allclose(found[0][0], found[1][0], rtol=1e-9)
-    assert found[0][1] == 0.0
 
 
 # --- bookkeeping: orientations and positions --------------------------------------------------------------------------
@@ -443,3 +443,36 @@ def test_effects_are_two():
     assert {e.reason for e in pulled()[0].compile(effects="all").effects.select(name="V2")} == {
         'asked for with effects="all"'
     }
+
+
+def test_matrices_have_no_inputs_whose_motion_is_not_computed(tmp_path):
+    """Never a silent column of zeros: what F.y alone would move is left out, so F.y is."""
+    d, _ = pulled(elements=2)
+    system, whole = d.compile(), d.compile(effects="all")
+    assert system.input_names == ("F.x", "F.y") and system.acting.tolist() == [0] and whole.acting.tolist() == [0, 1]
+    linear, matrices, all_ = system.linearize(), system.matrices(), whole.matrices()
+    assert linear.inputs.tolist() == [0] and linear.B.shape == (6, 1) and linear.C.shape == (1, 6)
+    assert matrices.input_names == ("F.x",) and matrices.output_names == ("F.x velocity",)
+    assert all_.input_names == ("F.x", "F.y") and abs(all_.G[:, [1]]).sum() > 0.0
+    s = 100.0j
+
+    def transfer(m):
+        t = m.tangent
+        return (t.C @ np.linalg.solve(s * t.E.toarray() - t.A.toarray(), t.B.toarray()) + t.D)[0, 0]
+
+    assert transfer(matrices) == pytest.approx(transfer(all_), rel=1e-10)
+    assert [str(u) for u in system.symbolic().u] == ["u_F_x"]
+    (file,) = system.export(tmp_path / "pulled.npz")
+    with np.load(file) as stored:
+        assert [str(name) for name in stored["input_names"]] == ["F.x"]
+
+
+def test_control_gets_the_inputs_that_act_only():
+    pytest.importorskip("control")
+    system = pulled()[0].compile()
+    model, moving = system.to_control(), system.to_control(nonlinear=True)
+    assert model.ninputs == moving.ninputs == moving.noutputs == 1
+    x, u = np.linspace(1.0, 2.0, moving.nstates), np.array([3.0])
+    np.testing.assert_allclose(
+        moving.dynamics(0.0, x, u)[: model.nstates], model.A @ x[: model.nstates] + model.B @ u, rtol=1e-9
+    )
