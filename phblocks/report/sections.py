@@ -112,7 +112,10 @@ def energies(solution: Solution) -> str:
     parts.append(table(("energy, J", "start", "end", "least", "most"), rows, "energy-table"))
     columns = solution.power.columns
     rows = [[name, *(float(row[c][-1]) for c in columns)] for name, row in solution.power.blocks.items()]
-    parts.append("<h3>Blocks: energy since the start, J</h3>\n" + table(("block", *columns), rows, "ledger"))
+    parts.append(
+        "<h3>Blocks: energy since the start, J</h3>\n"
+        + table(("block", *(c.replace("_", " ") for c in columns)), rows, "ledger")
+    )
     if solution.t.size > 1 and any(any(row[1:]) for row in rows):
         figure = power_flow(shown).get_figure(root=True)
         assert figure is not None

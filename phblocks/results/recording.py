@@ -347,8 +347,10 @@ class Recorder:
             return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
 
         moved = by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape)
-        shift = np.array([np.zeros_like(self._points) if s.shift is None else s.shift for s in steps])
-        points = self._points + np.cumsum(moved + shift, axis=0)
+        for i, step in enumerate(steps):
+            if step.shift is not None:
+                moved[i] += step.shift
+        points = self._points + np.cumsum(moved, axis=0)
         if steps[-1].points is not None:  # the method integrates them itself
             points = np.array([s.points for s in steps])
         integral = self._integral + np.cumsum(by_step(u), axis=0)
@@ -356,7 +358,7 @@ class Recorder:
         flows = {key: by_step(rate) for key, rate in rates.items()}
         between_ports = flows.pop("between_ports")
         flows["numerical"] = self._damped(steps)
-        flows["projected"] = self._projected(steps, x, shift)
+        flows["projected"] = self._projected(steps, x)
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
         stored = self._books.stored(self._expand(x))
         change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
@@ -403,14 +405,15 @@ class Recorder:
         taken = np.array([np.zeros_like(step.x) if step.damped is None else step.damped for step in steps])
         return np.asarray(self._books.stored(self._expand(self.stage.unpack(taken))).sum(axis=2))
 
-    def _projected(self, steps: list[Step], x: Floats, shift: Floats) -> Floats:
+    def _projected(self, steps: list[Step], x: Floats) -> Floats:
         """What closing loops added at the end of each step, shape (steps, blocks)."""
         added = np.zeros((len(steps), self._books.n_blocks))
-        at = [i for i, step in enumerate(steps) if step.before is not None]
-        if at:
-            before = self.stage.unpack(np.array([steps[i].before for i in at]))
-            change = self._books.stored(self._expand(x[at])) - self._books.stored(self._expand(before))
-            added[at] = change.sum(axis=2) + self._books.potential(shift[at])
+        found = [(i, s.before, s.shift) for i, s in enumerate(steps) if s.before is not None and s.shift is not None]
+        if found:
+            at, before, shift = (np.array(of_all) for of_all in zip(*found, strict=True))
+            change = self._books.stored(self._expand(x[at]))
+            change -= self._books.stored(self._expand(self.stage.unpack(before)))
+            added[at] = change.sum(axis=2) + self._books.potential(shift)
         return added
 
     def _complete(self, dt: Floats, z: Floats, x: Floats) -> None:

@@ -2,6 +2,7 @@
 
 import itertools
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -53,6 +54,27 @@ def test_loops_are_closed_and_the_energy_is_told(four_bar, scene, method):
     # the strain that it cost is nothing: links turn on their pins
     assert np.abs(ledger.projected).max() < 0.1
     assert not open_run.energy.projected.any() and open_run.statistics.projections == 0
+
+
+def test_it_is_told_everywhere(tmp_path):
+    """Files, plots, report: what the method took, and what closing loops added."""
+    options = {"method": ph.RadauIIA(2), "projection": ph.Projection(every=2)}
+    solution = ph.simulate(frame(), 1.0, 0.02, save=tmp_path / "run.h5", **options)
+    read = ph.read(tmp_path / "run.h5")
+    for name in ("numerical_loss", "projected"):
+        assert solution.energy[name][-1] != 0.0
+        np.testing.assert_array_equal(read.energy[name], solution.energy[name])
+        assert name.replace("_", " ") in str(read.power)
+    assert read.statistics.projection_energy_change == solution.statistics.projection_energy_change != 0.0
+    assert read.settings["projection"] == {"class": "Projection", "every": 2}
+    labels = [line.get_label() for line in ph.plots.energy(read).lines]
+    assert {"numerical loss", "projected"} <= set(labels)
+    written = {text.get_text().split(" ")[0] for text in ph.plots.power_flow(solution).texts}
+    assert {"numerical", "projected"} <= written
+    plt.close("all")
+    page = solution.report(tmp_path / "run.html").read_text(encoding="utf-8")
+    for text in ("numerical loss", "projected", "energy the method took away", "energy that closing loops added"):
+        assert text in page
 
 
 VARIANTS = {

@@ -154,7 +154,7 @@ def test_it_vanishes_with_the_step(four_bar):
     assert lost[1] < 0.6 * lost[0]
 
 
-@pytest.mark.parametrize("dt", [1.0, 10.0])
+@pytest.mark.parametrize("dt", [2.0, 20.0])
 def test_steps_beyond_all_bounds_run_quietly(stages, dt):
     """A cantilever with h omega_max = 1e6 and more: after its waves are gone it is at rest, bent by its weight."""
     bar = ph.Section.rectangle(0.05, 0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
@@ -162,7 +162,7 @@ def test_steps_beyond_all_bounds_run_quietly(stages, dt):
     beam = d.add(ph.Beam("beam", bar, (0.0, 0.0), (1.0, 0.0), elements=4, degree=2))
     d.weld(beam.start, d.ground)
     system = d.compile()
-    assert abs(np.linalg.eigvals(np.linalg.solve(system.E.toarray(), system.J0.toarray()))).max() * dt > 1e5
+    assert abs(np.linalg.eigvals(np.linalg.solve(system.E.toarray(), system.J0.toarray()))).max() * dt > 1e6
     solution = ph.simulate(system, 10 * dt, dt, method=ph.RadauIIA(stages))
     assert solution.status.ok and solution.statistics.halvings == 0
     energy = solution.energy
