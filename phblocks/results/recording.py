@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.frames import rotate
+from phblocks.results.changes import added_by_projection, taken_by_method
 from phblocks.results.middles import Middles
 from phblocks.solvers.method import Unknowns
 from phblocks.solvers.step import Step
@@ -357,8 +358,9 @@ class Recorder:
         rates = self._books.rates(theta_z, z, frozen, u, losses)
         flows = {key: by_step(rate) for key, rate in rates.items()}
         between_ports = flows.pop("between_ports")
-        flows["numerical"] = self._damped(steps)
-        flows["projected"] = self._projected(steps, x)
+        blocks = self._books.n_blocks
+        flows["numerical"] = taken_by_method(steps, self._energies, blocks)
+        flows["projected"] = added_by_projection(steps, self._energies, self._books.potential, blocks)
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
         stored = self._books.stored(self._expand(x))
         change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
@@ -398,23 +400,9 @@ class Recorder:
         self._steps.clear()
         self._losses.clear()
 
-    def _damped(self, steps: list[Step]) -> Floats:
-        """What the method took away in each step, shape (steps, blocks)."""
-        if all(step.damped is None for step in steps):
-            return np.zeros((len(steps), self._books.n_blocks))
-        taken = np.array([np.zeros_like(step.x) if step.damped is None else step.damped for step in steps])
-        return np.asarray(self._books.stored(self._expand(self.stage.unpack(taken))).sum(axis=2))
-
-    def _projected(self, steps: list[Step], x: Floats) -> Floats:
-        """What closing loops added at the end of each step, shape (steps, blocks)."""
-        added = np.zeros((len(steps), self._books.n_blocks))
-        found = [(i, s.before, s.shift) for i, s in enumerate(steps) if s.before is not None and s.shift is not None]
-        if found:
-            at, before, shift = (np.array(of_all) for of_all in zip(*found, strict=True))
-            change = self._books.stored(self._expand(x[at]))
-            change -= self._books.stored(self._expand(self.stage.unpack(before)))
-            added[at] = change.sum(axis=2) + self._books.potential(shift)
-        return added
+    def _energies(self, unknowns: Floats) -> Floats:
+        """Stored energy by block, shape (m, blocks)."""
+        return np.asarray(self._books.stored(self._expand(self.stage.unpack(unknowns))).sum(axis=2))
 
     def _complete(self, dt: Floats, z: Floats, x: Floats) -> None:
         """Fill in the states without a rate, also in the rows of the start and of the last step before."""
