@@ -1,8 +1,9 @@
 """Where large rotations may be left out: a block that hardly turns, and spins far below its first frequency.
 
-The linear theory about rest knows no centrifugal force and no stiffness from it. Seen from a frame that turns at the
-rate omega, a beam of first frequency f obeys ``a'' = (omega^2 - f^2) a`` in the linear theory: its frequency falls with
-the spin, and above f it diverges. In truth the tension of the spin makes it stiffer.
+The linear theory about rest knows no centrifugal force and no stiffness from it: with frames that stay as they are, the
+first frequency f of a beam is what it is at rest, whatever the spin omega. Written with linear strains in coordinates
+that turn with the beam it is even ``a'' = (omega^2 - f^2) a``: softer with the spin, and divergent above f. In truth
+the tension of the spin makes it stiffer.
 """
 
 from __future__ import annotations
@@ -121,13 +122,14 @@ def require_slow(system: System, state: State, u: Floats) -> None:
 
 def _refusal(name: str, spin: float, first: float) -> ApproximationError:
     if spin > first:
-        fate = f"seen from the turning block it diverges at the rate {np.sqrt(spin**2 - first**2):.4g} 1/s"
+        fate = f"diverges at the rate {np.sqrt(spin**2 - first**2):.4g} 1/s"
     else:
-        fate = f"seen from the turning block the first frequency falls to {np.sqrt(first**2 - spin**2):.4g} rad/s"
+        fate = f"falls to {np.sqrt(first**2 - spin**2):.4g} rad/s"
     return ApproximationError(
         f"block {name!r} with large_rotation=False",
         expected=f"a spin below {SLOW_SPIN * first:.4g} rad/s, a tenth of its first frequency {first:.4g} rad/s",
-        got=f"{spin:.4g} rad/s, where a linear model loses the centrifugal stiffening: {fate}",
+        got=f"{spin:.4g} rad/s, where a linear model loses the centrifugal stiffening: its frequency stays that at "
+        f"rest (in one with strains linear in turning coordinates it {fate})",
         fix='Use large_rotation="second-order" or True, or insist=True if that is known.',
     )
 

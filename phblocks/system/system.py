@@ -589,8 +589,9 @@ class System:
         n : int
             How many; fewer are returned if there are fewer.
         state : State, optional
-            The initial configuration at rest by default. A loaded state is an equilibrium only together with the
-            inputs that hold it: give them too.
+            The initial configuration at rest by default: without stress, so that under gravity it is no equilibrium,
+            and a bar that carries a mass is not stiffened by it. A loaded state, such as the end of a damped run, is an
+            equilibrium only together with the inputs that hold it: give them too.
         u : numpy.ndarray, optional
             Inputs there, shape (n_inputs,); zero by default.
 

@@ -38,11 +38,9 @@ def main() -> None:
             times=TIMES,
             method=ph.GaussLegendre(2),
         )
-        best = study.cheapest
-        found = f"Cheapest within {tolerance:g} m: without {best.left_out}, {best.time_saved:.1f} times as fast."
-        print(study.shares, study, found, sep="\n\n")
+        print(study.shares, study, sep="\n\n")
         if arguments.write:
-            write("effects.md", mark, f"{study.to_markdown()}\n\n{found}")
+            write("effects.md", mark, study.to_markdown())
             study.plot().figure.savefig(DOCS / "images" / f"{mark}.png", dpi=110)
 
 

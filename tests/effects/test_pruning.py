@@ -476,3 +476,33 @@ def test_control_gets_the_inputs_that_act_only():
     np.testing.assert_allclose(
         moving.dynamics(0.0, x, u)[: model.nstates], model.A @ x[: model.nstates] + model.B @ u, rtol=1e-9
     )
+
+
+@pytest.mark.parametrize("quarter", range(5))
+def test_a_pull_along_an_axis_may_have_round_off_across(quarter):
+    """cos(pi/2) is 6e-17: no component of a force, as it is none of a direction."""
+    e = np.array([np.cos(quarter * np.pi / 2), np.sin(quarter * np.pi / 2)])
+    d = ph.Diagram("pulled")
+    bar = d.add(ph.Beam("bar", BAR, (0.0, 0.0), tuple(2.0 * e), 4))
+    d.weld(d.ground, bar.start)
+    d.connect(bar.end.translation, d.add(ph.Force("F", 100.0 * e)).port)
+    system = d.compile()
+    assert system.n == 10 and system.acting.size == 1
+    solution = ph.simulate(system, 1e-3, 1e-4)
+    whole = ph.simulate(d.compile(effects="all"), 1e-3, 1e-4)
+    np.testing.assert_allclose(solution.position(bar, 1.0), whole.position(bar, 1.0), rtol=1e-13, atol=1e-13)
+
+
+def test_a_start_from_a_whole_run_has_its_round_off():
+    """A bar that hangs moves across by 1e-17 m/s in the whole run: nothing beside its weight."""
+    d = ph.Diagram("hanging", gravity=(0.0, -9.81))
+    bar = d.add(ph.Beam("bar", BAR, (0.0, 0.0), (0.0, -1.0), 4))
+    d.pin(d.ground, bar.start)
+    whole = ph.simulate(d.compile(effects="all"), 2.0, 0.01)
+    across = np.abs(whole.velocity(bar.end)[:, 0]).max()
+    assert 0.0 < across < 1e-12
+    system = d.compile()
+    assert ph.simulate(system, 0.1, 0.01, start=whole.at(1.0)).status.ok
+    moved = d.compile(effects="all").rigid_motion((1e-8, 0.0))
+    with pytest.raises(ph.errors.PrunedError):
+        ph.simulate(system, 0.1, 0.01, start=moved)
