@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from phblocks.solvers.collocation import Collocation, CollocationEquation, ModeSolver
+from phblocks.solvers.coefficients import Collocation
+from phblocks.solvers.collocation import CollocationEquation, ModeSolver
 from phblocks.solvers.compiled import CompiledStepper, compiled_stepper
 from phblocks.solvers.newton import Newton
 from phblocks.solvers.step import Step

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phblocks.solvers.collocation import Collocation, CollocationEquation
+from phblocks.solvers.coefficients import Collocation
+from phblocks.solvers.collocation import CollocationEquation
 from phblocks.solvers.linear import WIDEST_BAND
 from phblocks.solvers.newton import FAR, HELD, ModifiedNewton, Newton
 from phblocks.solvers.past import Past

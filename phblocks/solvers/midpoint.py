@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phblocks.solvers.collocation import Collocation
+from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.compiled import CompiledStepper, compiled_stepper
 from phblocks.solvers.linear import LinearSolver, linear_solver
 from phblocks.solvers.newton import ModifiedNewton, Newton

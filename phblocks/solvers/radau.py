@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from phblocks.solvers.collocation import Collocation
+from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.collocation_stepper import CollocationStepper, stepper_of
 from phblocks.solvers.compiled import CompiledStepper
 from phblocks.solvers.newton import ModifiedNewton, Newton

@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 import phblocks as ph
 from phblocks.errors import ArgumentTypeError, DataError, MethodError
 from phblocks.solvers import compiled
-from phblocks.solvers.collocation import Collocation
+from phblocks.solvers.coefficients import Collocation
 from phblocks.system.constraints import find_constraints
 
 
