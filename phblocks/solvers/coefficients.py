@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
-from scipy.special import roots_jacobi
 
 from phblocks.triplets import Floats
 
@@ -60,8 +59,9 @@ class Collocation:
         Collocation
             Of order ``2 stages - 1``; quadratic energies fall.
         """
-        inner = roots_jacobi(stages - 1, 1.0, 0.0)[0] if stages > 1 else np.empty(0)
-        c, power = np.append(0.5 * (inner + 1.0), 1.0), np.arange(stages)
+        # the roots of the difference of two Legendre polynomials, of which 1 is one
+        roots = np.polynomial.legendre.legroots([0.0] * (stages - 1) + [-1.0, 1.0])
+        c, power = np.append(0.5 * (np.sort(roots)[:-1] + 1.0), 1.0), np.arange(stages)
         b = np.linalg.solve((c[:, None] ** power).T, 1.0 / (power + 1))
         return cls._at(c, np.asarray(b, dtype=np.float64))
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import null_space
 from scipy.sparse.linalg import splu
 
 from phblocks.blocks.form import FIXED, NO_ENERGY, AngleRows, History, Piece
@@ -82,6 +81,8 @@ class Loops:
     """
 
     def __init__(self, system: System) -> None:
+        from scipy.linalg import null_space
+
         self.system = system
         self._parts = {part.name: part for part in system.parts}
         self._places = [
