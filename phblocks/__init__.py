@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from phblocks.solvers.linearly_implicit import LinearlyImplicit
     from phblocks.solvers.midpoint import Midpoint
     from phblocks.solvers.newton import ModifiedNewton, Newton
+    from phblocks.solvers.projection import Projection
+    from phblocks.solvers.radau import RadauIIA
     from phblocks.solvers.scipy_ivp import ScipyIVP
     from phblocks.system import State, System
 else:
@@ -86,6 +88,8 @@ else:
         "solvers.linearly_implicit": "LinearlyImplicit",
         "solvers.midpoint": "Midpoint",
         "solvers.newton": "ModifiedNewton Newton",
+        "solvers.projection": "Projection",
+        "solvers.radau": "RadauIIA",
         "solvers.scipy_ivp": "ScipyIVP",
         "system": "State System",
     }
@@ -143,7 +147,9 @@ __all__ = [
     "Parameter",
     "PhblocksError",
     "Port",
+    "Projection",
     "Quantity",
+    "RadauIIA",
     "Reference",
     "Resistor",
     "RigidBody",

@@ -22,6 +22,7 @@ from phblocks.results.status import Statistics, Status
 from phblocks.solvers.adaptive import AdaptiveSteps, ErrorNorm
 from phblocks.solvers.equal_steps import EqualSteps
 from phblocks.solvers.method import Integrator, Resumable, Walk
+from phblocks.solvers.projection import ProjectedSteps
 from phblocks.solvers.step import Step, StepFailed
 from phblocks.system import State, System
 from phblocks.triplets import Floats
@@ -50,11 +51,14 @@ def walk_of(settings: Settings, system: System, drive: Drive, start: State) -> W
     if isinstance(method, Integrator):
         return method.integrate(system, drive, start, schedule)
 
+    walk: EqualSteps | AdaptiveSteps
     if settings.adaptive is None:
-        return EqualSteps(lambda: method.prepare(system), drive, start, schedule, settings.max_halvings)
-    adaptive = settings.adaptive
-    norm, limits = ErrorNorm(system, adaptive), (adaptive.shortest, adaptive.longest)
-    return AdaptiveSteps(lambda: method.prepare(system), drive, start, schedule, norm, method.order, limits)
+        walk = EqualSteps(lambda: method.prepare(system), drive, start, schedule, settings.max_halvings)
+    else:
+        adaptive = settings.adaptive
+        norm, limits = ErrorNorm(system, adaptive), (adaptive.shortest, adaptive.longest)
+        walk = AdaptiveSteps(lambda: method.prepare(system), drive, start, schedule, norm, method.order, limits)
+    return walk if settings.projection is None else ProjectedSteps(walk, system, drive, settings.projection)
 
 
 def require_resumable(walk: Walk, settings: Settings) -> Resumable:
@@ -260,7 +264,10 @@ class Run:
 
     def _totals(self) -> dict[str, float]:
         walk = self.walk
-        counts = {"steps": walk.steps, "halvings": walk.halvings, "rejections": walk.rejections}
+        counts: dict[str, float] = {"steps": walk.steps, "halvings": walk.halvings, "rejections": walk.rejections}
+        if isinstance(walk, ProjectedSteps):
+            counts |= {"projections": walk.projections, "largest_gap": walk.largest_gap}
+            counts["projection_energy_change"] = walk.energy_change
         return {**counts, **asdict(self.seconds)}
 
     def _statistics(self, steps: Mapping[str, Floats]) -> Statistics:

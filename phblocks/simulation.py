@@ -25,6 +25,7 @@ from phblocks.solvers.adaptive import Adaptive
 from phblocks.solvers.discrete_gradient import DiscreteGradient
 from phblocks.solvers.method import Integrator, Method
 from phblocks.solvers.midpoint import Midpoint
+from phblocks.solvers.projection import Projection
 from phblocks.solvers.schedule import Schedule
 from phblocks.system import State, System, consistent_start
 from phblocks.system.states import require_state
@@ -50,6 +51,7 @@ def simulate(
     times: ArrayLike | None = None,
     progress: bool | None = None,
     save: Stream | str | os.PathLike[str] | None = None,
+    projection: Projection | None = None,
 ) -> Solution:
     """Integrate a system in time.
 
@@ -71,8 +73,8 @@ def simulate(
         Step, s; the last one is shorter if dt does not divide t_end. The first step if the steps are adapted.
     method : Method or Integrator, optional
         Time method with its options; by default ``Midpoint()``, or ``DiscreteGradient()`` if the system has an energy
-        that is not quadratic. Others: ``GaussLegendre``, ``LinearlyImplicit``, ``ScipyIVP``, or one of your own that
-        satisfies :class:`~phblocks.solvers.method.Method`.
+        that is not quadratic. Others: ``GaussLegendre``, ``RadauIIA``, ``LinearlyImplicit``, ``ScipyIVP``, or one of
+        your own that satisfies :class:`~phblocks.solvers.method.Method`.
     start : State, optional
         Where to start from, see ``system.rigid_motion`` and ``solution.at``; the initial configuration at rest by
         default.
@@ -95,6 +97,8 @@ def simulate(
     save : Stream, str or os.PathLike, optional
         Write the run to this file while it goes on, with checkpoints for :func:`phblocks.resume`, and keep only the
         current chunk in memory; needs h5py. See :class:`~phblocks.files.stream.Stream`.
+    projection : Projection, optional
+        Close loops every so many steps; the energy that this changes is in the ledger.
 
     Returns
     -------
@@ -108,7 +112,8 @@ def simulate(
     ArgumentTypeError
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError
-        If the method does not keep the energy of the system, or cannot be saved while it runs.
+        If the method does not keep the energy of the system, or cannot be saved while it runs; if a loop cannot be
+        closed.
     PrunedError
         If the start or an input moves what the system leaves out (``system.effects``).
     ApproximationError
@@ -146,6 +151,13 @@ def simulate(
             got=f"{adaptive!r} with {method!r}",
             fix="Make them first, or leave them out.",
         )
+    if projection is not None and (not isinstance(projection, Projection) or isinstance(method, Integrator)):
+        raise ArgumentTypeError(
+            "simulate projection",
+            expected="options such as ph.Projection(), with a method that does not choose its steps itself",
+            got=f"{projection!r} with {method!r}",
+            fix="Make them first, or leave them out.",
+        )
     _require_time("dt", dt, 0.0)
     _require_time("t_end", t_end, dt)
     every = 1 if save_every is None else save_every
@@ -163,7 +175,7 @@ def simulate(
         )
     chosen = None if times is None else _require_times(times, t_end)
     schedule = Schedule(float(t_end), float(dt), int(every), chosen, steps_too=save_every is not None)
-    settings = Settings(schedule, method, int(max_halvings), adaptive)
+    settings = Settings(schedule, method, int(max_halvings), adaptive, projection)
     state = system.start if start is None else require_state(system, start, "simulate start")
     state = state if system.quadratic else State(system.settled(state.x), state.theta, state.points)
     drive = Drive(system, {} if inputs is None else inputs)

@@ -19,6 +19,8 @@ from phblocks.solvers.linearly_implicit import LinearlyImplicit
 from phblocks.solvers.method import Integrator, Method
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.newton import ModifiedNewton, Newton
+from phblocks.solvers.projection import Projection
+from phblocks.solvers.radau import RadauIIA
 from phblocks.solvers.schedule import Schedule
 from phblocks.solvers.scipy_ivp import ScipyIVP
 from phblocks.system import System
@@ -28,8 +30,8 @@ from phblocks.triplets import Triplets
 KNOWN: dict[str, Any] = {
     kind.__name__: kind
     for kind in (
-        *(Midpoint, DiscreteGradient, GaussLegendre, LinearlyImplicit, ScipyIVP),
-        *(Newton, ModifiedNewton, Adaptive),
+        *(Midpoint, DiscreteGradient, GaussLegendre, RadauIIA, LinearlyImplicit, ScipyIVP),
+        *(Newton, ModifiedNewton, Adaptive, Projection),
     )
 }
 
@@ -48,12 +50,15 @@ class Settings:
         How often a failed step is halved.
     adaptive : Adaptive or None
         How steps are adapted.
+    projection : Projection or None
+        How often loops are closed.
     """
 
     schedule: Schedule
     method: Method | Integrator
     max_halvings: int
     adaptive: Adaptive | None
+    projection: Projection | None = None
 
     def text(self) -> dict[str, Any]:
         """Describe them by texts and numbers.
@@ -64,6 +69,7 @@ class Settings:
             For JSON.
         """
         described = {"method": _described(self.method), "adaptive": _described(self.adaptive)}
+        described["projection"] = _described(self.projection)
         return {**dataclasses.asdict(self.schedule), "max_halvings": int(self.max_halvings), **described}
 
     @classmethod
@@ -106,7 +112,8 @@ class Settings:
                 got=repr(method),
                 fix="Leave it out, or give the same.",
             )
-        return cls(schedule, method or _made(wanted), text["max_halvings"], _made(text["adaptive"]))
+        adaptive, projection = _made(text["adaptive"]), _made(text.get("projection"))
+        return cls(schedule, method or _made(wanted), text["max_halvings"], adaptive, projection)
 
 
 def _described(thing: Any) -> Any:

@@ -21,7 +21,7 @@ def energy(solution: Readings, *, increments: bool = False, ax: Axes | None = No
     solution : Solution or SavedRun
         Of a run.
     increments : bool, optional
-        Draw what the balance of a step leaves over, ``|dH - supplied + dissipated|``, on a logarithmic axis (the
+        Draw what the balance of a step leaves over, ``|dH - supplied + losses|``, on a logarithmic axis (the
         largest of the steps between two saved times), with the round-off of the largest energy for comparison.
     ax : matplotlib.axes.Axes, optional
         Where to draw; a new figure by default.
@@ -67,7 +67,7 @@ def _draw_energies(solution: Readings, ax: Axes) -> None:
         if name == "total":
             ax.plot(solution.t, series, color="black", linewidth=2.0, label=name)
         elif series.any():
-            ax.plot(solution.t, series, linewidth=1.2, label=name)
+            ax.plot(solution.t, series, linewidth=1.2, label=name.replace("_", " "))
     ax.set_ylabel("energy (J)")
 
 
@@ -86,4 +86,4 @@ def _draw_increments(solution: Readings, ax: Axes) -> None:
         label="each step",
     )
     ax.axhline(round_off, color="black", linestyle="--", linewidth=1.0, label="round-off of largest energy")
-    ax.set_ylabel("|ΔH − supplied + dissipated| (J)")
+    ax.set_ylabel("|ΔH − supplied + losses| (J)")

@@ -22,7 +22,7 @@ LETTER, LINE = 0.085, 0.16
 #: Width of the strongest arrow, points, and the share of it below which a flow is left out.
 BROADEST, WEAKEST = 9.0, 1e-6
 #: Rows of the ledger that are written into a block.
-ROWS = ("stored", "gravity", "dissipated")
+ROWS = ("stored", "gravity", "dissipated", "numerical_loss", "projected")
 
 Statistic = Literal["mean", "peak"]
 
@@ -43,8 +43,9 @@ def power_flow(solution: Solution, statistic: Statistic = "mean", *, ax: Axes | 
     -------
     matplotlib.axes.Axes
         Without coordinates. Arrows, as broad as the power, go where it goes, with the number in W; boxes are blocks, in
-        which stands how their stored energy and that of gravity rise and what they lose: mean powers in and out of a
-        block add up to these. Openings to the outside are in italics. What is below 1e-6 of the strongest is left out.
+        which stands how their stored energy and that of gravity rise, what they lose, to the time method too, and what
+        closing loops added: mean powers in and out of a block add up to these. Openings to the outside are in italics.
+        What is below 1e-6 of the strongest is left out.
 
     Raises
     ------
@@ -111,7 +112,7 @@ def _texts(solution: Solution, flows: list[tuple[Flow, float]], statistic: Stati
     texts: dict[object, list[str]] = {}
     for name, row in solution.power.blocks.items():
         powers = {key: power_of(row[key], solution.t, statistic) for key in ROWS}
-        lines = [f"{key} {power:+.3g} W" for key, power in powers.items() if power]
+        lines = [f"{key.replace('_', ' ')} {power:+.3g} W" for key, power in powers.items() if power]
         node = Node("block", name)
         if lines or any(node in (flow.source, flow.target) for flow, _ in flows):
             texts[node] = [name, *lines]

@@ -110,9 +110,12 @@ def energies(solution: Solution) -> str:
         for name, series in solution.energy.items()
     ]
     parts.append(table(("energy, J", "start", "end", "least", "most"), rows, "energy-table"))
-    columns = ("stored", "gravity", "received", "supplied", "dissipated")
+    columns = solution.power.columns
     rows = [[name, *(float(row[c][-1]) for c in columns)] for name, row in solution.power.blocks.items()]
-    parts.append("<h3>Blocks: energy since the start, J</h3>\n" + table(("block", *columns), rows, "ledger"))
+    parts.append(
+        "<h3>Blocks: energy since the start, J</h3>\n"
+        + table(("block", *(c.replace("_", " ") for c in columns)), rows, "ledger")
+    )
     if solution.t.size > 1 and any(any(row[1:]) for row in rows):
         figure = power_flow(shown).get_figure(root=True)
         assert figure is not None
@@ -141,6 +144,9 @@ def health(solution: Solution) -> str:
         [f"balance of {worst}, the worst part", residual, "J"],
         ["energy the start was changed by", solution.statistics.start_energy_change, "J"],
         ["steps halved", solution.statistics.halvings, ""],
+        ["times loops were closed", solution.statistics.projections, ""],
+        ["energy that closing loops added", solution.statistics.projection_energy_change, "J"],
+        ["energy the method took away", float(solution.energy.numerical_loss[-1]), "J"],
         ["steps rejected", solution.statistics.rejections, ""],
     ]
     with suppress(UnknownNameError):

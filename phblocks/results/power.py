@@ -49,11 +49,12 @@ class PowerLedger:
 
     @property
     def blocks(self) -> Mapping[str, Mapping[str, Floats]]:
-        """For each block stored, gravity, received (from blocks), supplied (from outside), dissipated.
+        """For each block stored, gravity, received (from blocks), supplied (from outside), and what it loses.
 
-        Each of shape (times,), J, as changes since the start; for every block
-        ``stored + gravity = received + supplied - dissipated``. For blocks that share states this defines the part of
-        received that passes through them.
+        That is dissipated, numerical_loss (to the time method) and projected (what closing loops added). Each of shape
+        (times,), J, as changes since the start; for every block ``stored + gravity = received + supplied - dissipated
+        - numerical_loss + projected``. For blocks that share states this defines the part of received that passes
+        through them.
         """
         ledger = self.recording.ledger
         stored = ledger.stored.sum(axis=2)
@@ -68,8 +69,18 @@ class PowerLedger:
                 "received": received,
                 "supplied": ledger.supplied_to[:, b],
                 "dissipated": ledger.dissipated[:, b],
+                "numerical_loss": ledger.numerical[:, b],
+                "projected": ledger.projected[:, b],
             }
         return result
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The series of :attr:`blocks` to be shown: numerical_loss and projected only if there was any."""
+        ledger = self.recording.ledger
+        rare = {"numerical_loss": ledger.numerical, "projected": ledger.projected}
+        shown = tuple(name for name, series in rare.items() if series.any())
+        return ("stored", "gravity", "received", "supplied", "dissipated", *shown)
 
     @property
     def block_errors(self) -> Mapping[str, float]:
@@ -102,10 +113,9 @@ class PowerLedger:
 
     def __str__(self) -> str:
         """Format the balance of each block at the end as a table; of blocks that share states also that of all."""
-        columns = ("stored", "gravity", "received", "supplied", "dissipated", "worst step")
-        lines = [f"{'block':<16}" + "".join(f"{c:>14}" for c in columns)]
-        errors, blocks = self.block_errors, self.blocks
-        last = {name: [float(series[-1]) for series in row.values()] for name, row in blocks.items()}
+        columns, errors = self.columns, self.block_errors
+        lines = [f"{'block':<16}" + "".join(f"{c.replace('_', ' '):>16}" for c in (*columns, "worst step"))]
+        last = {name: [float(row[c][-1]) for c in columns] for name, row in self.blocks.items()}
         names = self.labels.blocks
         together = {
             name: np.sum([last[names[i]] for i in members], axis=0)
@@ -113,9 +123,9 @@ class PowerLedger:
             if len(members) > 1
         }
         for name, row in (last | together).items():
-            cells = "".join(f"{value:>14.6g}" for value in row)
+            cells = "".join(f"{value:>16.6g}" for value in row)
             worst = f"{errors[name]:.2e}" if name in errors else "shares"
-            lines.append(f"{name:<16}{cells}{worst:>14}")
+            lines.append(f"{name:<16}{cells}{worst:>16}")
         return "\n".join(lines)
 
     @property

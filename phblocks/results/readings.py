@@ -88,8 +88,10 @@ class Readings(ABC):
     def energy(self) -> EnergySeries:
         """Energies at the saved times, J: the kinds stored (kinetic, strain), gravity, supplied, dissipated, total.
 
-        Gravity is the potential energy relative to the start. Total is what is stored plus gravity; it changes by
-        what is supplied less what is dissipated.
+        Before the total stand numerical_loss, what a method that damps (``RadauIIA``) took away, and projected, what
+        closing loops (``Projection``) added; both zero otherwise. Gravity is the potential energy relative to the
+        start. Total is what is stored plus gravity; its change is ``supplied - dissipated - numerical_loss +
+        projected``.
         """
         ledger = self.recording.ledger
         series = dict(zip(self.labels.energy_kinds, np.moveaxis(ledger.stored.sum(axis=1), 1, 0), strict=True))
@@ -99,12 +101,14 @@ class Readings(ABC):
         total = np.sum(list(series.values()), axis=0)
         series["supplied"] = ledger.supplied.sum(axis=1)
         series["dissipated"] = ledger.dissipated.sum(axis=1)
+        series["numerical_loss"] = ledger.numerical.sum(axis=1)
+        series["projected"] = ledger.projected.sum(axis=1)
         series["total"] = total
         return EnergySeries(series)
 
     @property
     def max_power_balance_error(self) -> float:
-        """Largest ``|dH - supplied + dissipated|`` of any step, J."""
+        """Largest ``|dH - supplied + dissipated + numerical loss - projected|`` of any step, J."""
         return float(self.recording.ledger.balance_error.max(initial=0.0))
 
     @cached_property

@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.frames import rotate
+from phblocks.results.changes import added_by_projection, taken_by_method
 from phblocks.results.middles import Middles
 from phblocks.solvers.method import Unknowns
 from phblocks.solvers.step import Step
@@ -21,7 +22,17 @@ from phblocks.triplets import Floats, Ints, Triplets
 
 CHUNK = 128
 #: What the ledger knows at every saved time.
-SERIES = ("stored", "potential", "transferred", "supplied", "supplied_to", "shared", "dissipated")
+SERIES = (
+    "stored",
+    "potential",
+    "transferred",
+    "supplied",
+    "supplied_to",
+    "shared",
+    "dissipated",
+    "numerical",
+    "projected",
+)
 #: What is kept at every saved time, and of every step.
 ROWS = ("t", "x", "theta", "points", "input_integral", *SERIES, "balance_error")
 STEPS = ("newton_iterations", "lag", "residual")
@@ -49,6 +60,11 @@ class Ledger:
         that share, whose sum here is zero but for round-off.
     dissipated : numpy.ndarray
         By block, shape (times, blocks), J.
+    numerical : numpy.ndarray
+        What the time method took away, by block, shape (times, blocks), J: not of the equations, and zero for a
+        method that keeps energies.
+    projected : numpy.ndarray
+        What closing loops added, by block, shape (times, blocks), J.
     balance_error : numpy.ndarray
         Largest residual of the balance of the whole system over the steps up to each saved time since the one
         before, shape (times,), J.
@@ -67,6 +83,8 @@ class Ledger:
     supplied_to: Floats
     shared: Floats
     dissipated: Floats
+    numerical: Floats
+    projected: Floats
     balance_error: Floats
     block_error: Floats
     connection_error: Floats
@@ -331,6 +349,9 @@ class Recorder:
             return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
 
         moved = by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape)
+        for i, step in enumerate(steps):
+            if step.shift is not None:
+                moved[i] += step.shift
         points = self._points + np.cumsum(moved, axis=0)
         if steps[-1].points is not None:  # the method integrates them itself
             points = np.array([s.points for s in steps])
@@ -338,14 +359,18 @@ class Recorder:
         rates = self._books.rates(theta_z, z, frozen, u, losses)
         flows = {key: by_step(rate) for key, rate in rates.items()}
         between_ports = flows.pop("between_ports")
+        blocks = self._books.n_blocks
+        flows["numerical"] = taken_by_method(steps, self._energies, blocks)
+        flows["projected"] = added_by_projection(steps, self._energies, self._books.potential, blocks)
         flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
         stored = self._books.stored(self._expand(x))
         change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
-        gain = flows["supplied_to"] - flows["dissipated"] + self._books.received(flows["transferred"])
+        lost = flows["dissipated"] + flows["numerical"] - flows["projected"]
+        gain = flows["supplied_to"] - lost + self._books.received(flows["transferred"])
         missing = change - gain
         block_error = np.abs(self._books.of_groups(missing))
         flows["shared"] = missing * self._books.sharing
-        error = np.abs(change.sum(axis=1) - flows["supplied"].sum(axis=1) + flows["dissipated"].sum(axis=1))
+        error = np.abs(change.sum(axis=1) - flows["supplied"].sum(axis=1) + lost.sum(axis=1))
         self._worst[0] = np.maximum(self._worst[0], block_error.max(axis=0, initial=0.0))
         connection_error = np.abs(flows["transferred"] - between_ports)
         self._worst[1] = np.maximum(self._worst[1], connection_error.max(axis=0, initial=0.0))
@@ -376,6 +401,10 @@ class Recorder:
         self._totals = {key: total[-1] for key, total in totals.items()}
         self._steps.clear()
         self._losses.clear()
+
+    def _energies(self, unknowns: Floats) -> Floats:
+        """Stored energy by block, shape (m, blocks)."""
+        return np.asarray(self._books.stored(self._expand(self.stage.unpack(unknowns))).sum(axis=2))
 
     def _complete(self, dt: Floats, z: Floats, x: Floats) -> None:
         """Fill in the states without a rate, also in the rows of the start and of the last step before."""
@@ -464,6 +493,8 @@ class _Books:
             "supplied_to": self.n_blocks,
             "shared": self.n_blocks,
             "dissipated": self.n_blocks,
+            "numerical": self.n_blocks,
+            "projected": self.n_blocks,
         }
         return {key: np.zeros(size) for key, size in sizes.items()}
 

@@ -231,6 +231,12 @@ class Statistics:
         What Newton's method left of each accepted step, shape (steps,): estimated size of the update that one iteration
         more would have made, in the energy norm, relative to the state. A step is accepted when that is below the
         tolerance of the method (1e-15), or when it is round-off (and then at most 1e-8).
+    projections : int, optional
+        How often loops were closed (``Projection``).
+    largest_gap : float, optional
+        The largest jump at a joint that was closed then, m.
+    projection_energy_change : float, optional
+        Energy that this added, stored and of gravity, J.
     """
 
     steps: int
@@ -242,6 +248,9 @@ class Statistics:
     rejections: int = 0
     lag: Floats = field(default_factory=lambda: np.zeros(0))
     residual: Floats = field(default_factory=lambda: np.zeros(0))
+    projections: int = 0
+    largest_gap: float = 0.0
+    projection_energy_change: float = 0.0
 
     def __repr__(self) -> str:
         """Summarise in one line, without the numbers of every step."""
@@ -254,9 +263,12 @@ class Statistics:
         rejected = f", {self.rejections} rejections" if self.rejections else ""
         largest = float(self.lag.max(initial=0.0))
         lagging = f", structure off by {largest:.2g}" if largest else ""
+        closed = ""
+        if self.projections:
+            closed = f", loops closed {self.projections} times ({self.projection_energy_change:+.3g} J)"
         return (
             f"{self.steps} steps, {mean:.2f} Newton iterations a step, {self.halvings} halvings{rejected}, "
-            f"{self.loop_seconds:.3g} s{lagging}{projected}"
+            f"{self.loop_seconds:.3g} s{lagging}{projected}{closed}"
         )
 
 

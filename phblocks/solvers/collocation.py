@@ -1,4 +1,4 @@
-"""Collocation at Gauss points: coefficients, and the stages of a step as one equation."""
+"""Collocation: the stages of a step as one equation."""
 
 from __future__ import annotations
 
@@ -10,63 +10,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.linear import linear_solver
 from phblocks.solvers.stage import StageEquation
 from phblocks.system import System
 from phblocks.triplets import Floats, Ints
-
-
-@dataclass(frozen=True)
-class Collocation:
-    """Coefficients of Gauss-Legendre collocation.
-
-    Parameters
-    ----------
-    c, b : numpy.ndarray
-        Nodes and weights, shape (stages,), as fractions of a step.
-    A : numpy.ndarray
-        Shape (stages, stages).
-    """
-
-    c: Floats
-    b: Floats
-    A: Floats
-
-    @classmethod
-    def gauss(cls, stages: int) -> Collocation:
-        """Compute the coefficients.
-
-        Parameters
-        ----------
-        stages : int
-            Their number.
-
-        Returns
-        -------
-        Collocation
-            Of order ``2 stages``.
-        """
-        nodes, weights = np.polynomial.legendre.leggauss(stages)
-        c = 0.5 * (nodes + 1.0)
-        power = np.arange(stages)
-        integrals = c[:, None] ** (power + 1) / (power + 1)
-        A = np.asarray(np.linalg.solve((c[:, None] ** power).T, integrals.T).T, dtype=np.float64)
-        return cls(c, 0.5 * weights, A)
-
-    @property
-    def inverse(self) -> Floats:
-        """Inverse of A."""
-        return np.asarray(np.linalg.inv(self.A))
-
-    @property
-    def end(self) -> Floats:
-        """Weights d in ``x_{n+1} = x_n + sum_i d_i (z_i - x_n)``."""
-        return np.asarray(self.b @ self.inverse)
-
-    @property
-    def extrapolation(self) -> Floats:
-        """Weights that continue the polynomial through the stages to the end of the step."""
-        return np.asarray(np.linalg.solve((self.c[:, None] ** np.arange(self.c.size)).T, np.ones(self.c.size)))
 
 
 class CollocationEquation(StageEquation):
@@ -86,17 +34,17 @@ class CollocationEquation(StageEquation):
     ----------
     system : System
         The system to integrate.
-    stages : int
-        Of the method.
+    collocation : Collocation
+        Coefficients of the method.
 
     Notes
     -----
     E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., IV.8, doi:10.1007/978-3-642-05221-7.
     """
 
-    def __init__(self, system: System, stages: int) -> None:
+    def __init__(self, system: System, collocation: Collocation) -> None:
         super().__init__(system)
-        self.collocation = collocation = Collocation.gauss(stages)
+        self.collocation = collocation
         self.modes = Modes.of(collocation.A)
         self._inverse = collocation.inverse
 
@@ -172,6 +120,24 @@ class CollocationEquation(StageEquation):
         turning = by_angle @ (kappa * slopes[self._feature])
         tau = self._dt * self.modes.values[:, None]
         return residual, self.mass / tau - direct - tau * turning
+
+    def lost(self, x: Floats, z: Floats) -> Floats | None:
+        """Return the unknowns whose energy a step loses to the method.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Unknowns at its start, shape (n,).
+        z : numpy.ndarray
+            Unknowns at the stages, shape (n, stages).
+
+        Returns
+        -------
+        numpy.ndarray or None
+            Shape (n,); ``None`` for a method that keeps energies.
+        """
+        loss = self.collocation.loss
+        return None if loss is None else (z - x[:, None]) @ loss
 
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.

@@ -1,4 +1,4 @@
-"""Whole steps of Gauss-Legendre methods in compiled code, where numba is installed (the extra ``fast``).
+"""Whole steps of collocation methods in compiled code, where numba is installed (the extra ``fast``).
 
 The same sums and the same iterations as in ``ModifiedNewton``, so the same results to round-off; what is saved are the
 calls, some hundred of them a step.
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.collocation import CollocationEquation
 from phblocks.solvers.linear import WIDEST_BAND
 from phblocks.solvers.newton import FAR, FLOOR, ModifiedNewton, Newton
@@ -24,15 +25,17 @@ from phblocks.triplets import Floats
 Arrays = tuple[Floats, NDArray[np.int32], NDArray[np.int32]]
 
 
-def compiled_stepper(system: System, stages: int, newton: Newton, predict: bool = False) -> CompiledStepper | None:
+def compiled_stepper(
+    system: System, collocation: Collocation, newton: Newton, predict: bool = False
+) -> CompiledStepper | None:
     """Make a stepper in compiled code, where that is possible.
 
     Parameters
     ----------
     system : System
         The system to integrate.
-    stages : int
-        Of the method.
+    collocation : Collocation
+        Coefficients of the method.
     newton : Newton
         The iteration.
     predict : bool, optional
@@ -47,7 +50,7 @@ def compiled_stepper(system: System, stages: int, newton: Newton, predict: bool 
     plain = not (system.linear or system.storages or system.modulations)
     if not plain or type(newton) is not ModifiedNewton or find_spec("numba") is None:
         return None
-    equation = CollocationEquation.of(system, stages)
+    equation = CollocationEquation.of(system, collocation)
     return CompiledStepper(equation, newton, predict) if equation.tables.width <= WIDEST_BAND else None
 
 
@@ -170,7 +173,7 @@ class CompiledStepper:
         kernels.finish(
             self._x, self._theta, self._z, dt, self._free, self._method, self._turn, self.stage.algebraic, out
         )
-        step = Step(end, theta_end, z, theta_z, u, dt, count, residual=left)
+        step = Step(end, theta_end, z, theta_z, u, dt, count, damped=self.stage.lost(x, z.T), residual=left)
         if self._past is not None:
             self._past.add(step)
         return step

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from phblocks.errors import ArgumentTypeError, DataError
-from phblocks.solvers.collocation import CollocationEquation, ModeSolver
-from phblocks.solvers.compiled import CompiledStepper, compiled_stepper
+from phblocks.solvers.coefficients import Collocation
+from phblocks.solvers.collocation_stepper import CollocationStepper, stepper_of
+from phblocks.solvers.compiled import CompiledStepper
 from phblocks.solvers.newton import ModifiedNewton, Newton
-from phblocks.solvers.options import require_newton, require_quadratic
-from phblocks.solvers.step import Step
+from phblocks.solvers.options import require_newton, require_quadratic, require_stages
 from phblocks.system import System
-from phblocks.triplets import Floats
 
 
 @dataclass(frozen=True)
@@ -57,12 +53,7 @@ class GaussLegendre:
 
     def __post_init__(self) -> None:
         """Check the options."""
-        if isinstance(self.stages, bool) or not isinstance(self.stages, (int, np.integer)):
-            raise ArgumentTypeError("GaussLegendre stages", expected="2 or 3", got=repr(self.stages), fix="Use 2.")
-        if self.stages not in (2, 3):
-            raise DataError(
-                "GaussLegendre stages", expected="2 or 3", got=repr(self.stages), fix="One stage is ph.Midpoint()."
-            )
+        require_stages("GaussLegendre", self.stages, "One stage is ph.Midpoint().")
         require_newton("GaussLegendre", self.newton)
 
     @property
@@ -70,7 +61,7 @@ class GaussLegendre:
         """Order of convergence on smooth solutions."""
         return 2 * int(self.stages)
 
-    def prepare(self, system: System) -> GaussLegendreStepper | CompiledStepper:
+    def prepare(self, system: System) -> CollocationStepper | CompiledStepper:
         """Do once what does not change during a run.
 
         Parameters
@@ -80,7 +71,7 @@ class GaussLegendre:
 
         Returns
         -------
-        GaussLegendreStepper or CompiledStepper
+        CollocationStepper or CompiledStepper
             Ready for steps; the second where numba is installed.
 
         Raises
@@ -89,83 +80,4 @@ class GaussLegendre:
             If the energy is not quadratic.
         """
         require_quadratic("GaussLegendre", system)
-        fast = compiled_stepper(system, int(self.stages), self.newton)
-        return GaussLegendreStepper(system, int(self.stages), self.newton) if fast is None else fast
-
-
-class GaussLegendreStepper:
-    """Takes steps of one system.
-
-    Parameters
-    ----------
-    system : System
-        The system to integrate.
-    stages : int
-        Of the method.
-    newton : Newton
-        The iteration.
-
-    Attributes
-    ----------
-    stage : CollocationEquation
-        Changes states to the unknowns that ``step`` works with and back.
-    solver : ModeSolver
-        Holds the last factors.
-    nodes, weights : tuple of float
-        Where in a step the inputs are evaluated, as fractions of it, and the weights of the stages.
-    """
-
-    def __init__(self, system: System, stages: int, newton: Newton) -> None:
-        self.stage = CollocationEquation.of(system, stages)
-        collocation = self.stage.collocation
-        self.solver = ModeSolver(self.stage.rows, self.stage.columns, self.stage.n, self.stage.modes)
-        self.nodes, self.weights = (tuple(map(float, v)) for v in (collocation.c, collocation.b))
-        self._newton, self._collocation = newton, collocation
-        self._end, self._extrapolation = collocation.end, collocation.extrapolation
-        self._factored_for: float | None = None
-
-    def step(self, x: Floats, theta: Floats, dt: float, u: Floats) -> Step | None:
-        """Take one step.
-
-        Parameters
-        ----------
-        x : numpy.ndarray
-            Unknowns at the start of the step, shape (n,), scaled and reordered.
-        theta : numpy.ndarray
-            Rotation states at the start, shape (n_theta,), rad.
-        dt : float
-            Step, s.
-        u : numpy.ndarray
-            Inputs at the nodes, shape (stages, n_inputs).
-
-        Returns
-        -------
-        Step or None
-            ``None`` if Newton's method did not converge.
-        """
-        stage, stages = self.stage, len(self.weights)
-        kept = self._factored_for == dt
-        if stage.constant:
-            z, iterations = self._solve_linear(x, dt, u, kept)
-        else:
-            stage.begin_step(x, theta, dt, u)
-            guess, size = np.repeat(x[:, None], stages, axis=1), np.sqrt(stages) * stage.measure(x)
-            z, iterations = self._newton.solve(stage, self.solver, guess, size, kept)
-        self._factored_for = None if z is None else dt
-        if z is None:
-            return None
-        end = x + (z - x[:, None]) @ self._end
-        end[stage.algebraic] = z[stage.algebraic] @ self._extrapolation
-        rates = np.stack([stage.spin(z[:, i], u[i]) for i in range(stages)])
-        turned = theta + dt * (self._collocation.A @ rates)
-        theta_end, at_stages = theta + dt * (self._collocation.b @ rates), np.ascontiguousarray(z.T)
-        return Step(end, theta_end, at_stages, turned, u, dt, iterations, residual=stage.left)
-
-    def _solve_linear(self, x: Floats, dt: float, u: Floats, kept: bool) -> tuple[Floats | None, int]:
-        """One back-substitution with factors that are kept as long as the step stays the same."""
-        if not kept:
-            matrices = np.stack([self.stage.matrix(1.0 / (dt * value)) for value in self.stage.modes.values])
-            if not self.solver.factorise(matrices):
-                return None, 0
-        z = x[:, None] + self.solver.solve(self.stage.force(x, u.T))
-        return (z, 0) if np.isfinite(z).all() else (None, 0)
+        return stepper_of(system, Collocation.gauss(int(self.stages)), self.newton)

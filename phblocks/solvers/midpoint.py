@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.compiled import CompiledStepper, compiled_stepper
 from phblocks.solvers.linear import LinearSolver, linear_solver
 from phblocks.solvers.newton import ModifiedNewton, Newton
@@ -84,7 +85,7 @@ class Midpoint:
         """
         if not self.allow_energy_error:
             require_quadratic("Midpoint", system, ", or accept the drift with ph.Midpoint(allow_energy_error=True)")
-        fast = compiled_stepper(system, 1, self.newton, self.predict)
+        fast = compiled_stepper(system, Collocation.gauss(1), self.newton, self.predict)
         return MidpointStepper(system, self.newton, self.predict) if fast is None else fast
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from phblocks.blocks.checks import require_flag as require_flag
-from phblocks.errors import ArgumentTypeError, MethodError
+from phblocks.errors import ArgumentTypeError, DataError, MethodError
 from phblocks.solvers.newton import Newton
 from phblocks.system import System
 
@@ -27,6 +29,31 @@ def require_newton(where: str, newton: object) -> None:
         raise ArgumentTypeError(
             f"{where} newton", expected="options of Newton's method", got=repr(newton), fix="Use ph.Newton()."
         )
+
+
+def require_stages(where: str, stages: object, one: str) -> None:
+    """Check a number of stages.
+
+    Parameters
+    ----------
+    where : str
+        The method.
+    stages : object
+        What was given.
+    one : str
+        What to do for another number.
+
+    Raises
+    ------
+    DataError
+        If the number is another than 2 or 3.
+    ArgumentTypeError
+        If it is not a number.
+    """
+    if isinstance(stages, bool) or not isinstance(stages, (int, np.integer)):
+        raise ArgumentTypeError(f"{where} stages", expected="2 or 3", got=repr(stages), fix="Use 2.")
+    if stages not in (2, 3):
+        raise DataError(f"{where} stages", expected="2 or 3", got=repr(stages), fix=one)
 
 
 def require_quadratic(where: str, system: System, otherwise: str = "") -> None:

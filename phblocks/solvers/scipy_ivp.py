@@ -13,7 +13,7 @@ from scipy.sparse.linalg import splu
 from phblocks.errors import ArgumentTypeError, DataError, MethodError
 from phblocks.frames import rotate
 from phblocks.inputs import Drive
-from phblocks.solvers.collocation import Collocation
+from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.schedule import Schedule
 from phblocks.solvers.stage import StageEquation
 from phblocks.solvers.step import Step, StepFailed

@@ -13,6 +13,7 @@ the state are sparse matrix products over the whole system: no loop over element
 from __future__ import annotations
 
 import copy
+from collections.abc import Hashable
 from functools import cached_property
 from itertools import pairwise
 from typing import Self
@@ -174,14 +175,14 @@ class StageEquation:
         self._weight = self._collect @ self._kappa_gravity
 
     @classmethod
-    def of(cls, system: System, *options: int) -> Self:
+    def of(cls, system: System, *options: Hashable) -> Self:
         """Make an equation for a run of its own; what is constant is made once and kept with the system.
 
         Parameters
         ----------
         system : System
             The system to integrate.
-        *options : int
+        *options : hashable
             What else the kind of equation needs.
 
         Returns

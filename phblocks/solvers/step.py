@@ -36,6 +36,12 @@ class Step:
     points : numpy.ndarray, optional
         Positions of the material points at the end, shape (n_points, dimension), m, if not by the velocities at the
         stages.
+    damped : numpy.ndarray, optional
+        Unknowns whose energy the method takes away, shape (n,), beside what is dissipated; if it takes any.
+    before : numpy.ndarray, optional
+        Unknowns at the end before they were projected, shape (n,), if they were.
+    shift : numpy.ndarray, optional
+        By how much that moved the material points, shape (n_points, dimension), m.
     """
 
     x: Floats
@@ -49,6 +55,9 @@ class Step:
     lag: float = 0.0
     residual: float = 0.0
     points: Floats | None = None
+    damped: Floats | None = None
+    before: Floats | None = None
+    shift: Floats | None = None
 
 
 class StepFailed(Exception):

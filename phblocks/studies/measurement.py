@@ -157,11 +157,12 @@ def energy_error(solution: Solution) -> float:
     Returns
     -------
     float
-        Largest ``|H - H(0) - supplied + dissipated|`` at the saved times over the largest energy of any kind; 0 where
+        Largest ``|H - H(0) - supplied + losses|`` at the saved times over the largest energy of any kind; 0 where
         there is no energy.
     """
     energy = solution.energy
-    left = np.abs(energy.total - energy.total[0] - energy.supplied + energy.dissipated).max()
+    lost = energy.dissipated + energy.numerical_loss - energy.projected
+    left = np.abs(energy.total - energy.total[0] - energy.supplied + lost).max()
     largest = max(float(np.abs(series).max()) for series in energy.values())
     return float(left / largest) if largest else 0.0
 

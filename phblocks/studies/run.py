@@ -142,7 +142,7 @@ class Run(Machine):
     reference_uncertainty : float
         How far the reference may be from the truth, in the same unit; NaN if it is not known.
     energy_error : float
-        Largest departure from the balance ``H - supplied + dissipated``, relative to the largest energy of any kind.
+        Largest departure from the balance ``H - supplied + losses``, relative to the largest energy of any kind.
     gap : float
         Strain against configuration, m: the largest distance between positions from strain and from velocity at the
         anchors of blocks, and between what a joint joins. NaN if there is no position to compare.

@@ -51,7 +51,20 @@ def duffing() -> ph.System:
     return d.compile()
 
 
-SYSTEMS = {"arm": arm, "beam": beam, "duffing": duffing}
+def truss() -> ph.System:
+    """Two beams between three pins, one of them with multipliers, pulled where they meet: a loop."""
+    section = ph.Section(axial=4e4, shear=2e4, bending=60.0, mass=1.2, rotary=2e-3)
+    d = ph.Diagram("truss", gravity=(0.0, -9.81))
+    left = d.add(ph.Beam("left", section, (0.0, 0.0), (1.0, 0.2), elements=2))
+    right = d.add(ph.Beam("right", section, (1.0, 0.2), (2.0, 0.0), elements=2))
+    d.pin(left.start, d.ground)
+    d.pin(left.end, right.start)
+    d.pin(right.end, d.ground, multiplier=True)
+    d.expose(left.end.translation, "tip")
+    return d.compile()
+
+
+SYSTEMS = {"arm": arm, "beam": beam, "duffing": duffing, "truss": truss}
 
 
 def tip(t: float) -> tuple[float, float]:

@@ -15,9 +15,14 @@ CASES = {
     "newton": ("arm", {"method": ph.Midpoint(ph.Newton())}),
     "gauss 2": ("arm", {"method": ph.GaussLegendre(2)}),
     "gauss 3": ("arm", {"method": ph.GaussLegendre(3)}),
+    "radau iia 2": ("arm", {"method": ph.RadauIIA(2)}),
+    "radau iia 3": ("arm", {"method": ph.RadauIIA(3)}),
     "linearly implicit": ("arm", {"method": ph.LinearlyImplicit()}),
     "corrected": ("arm", {"method": ph.LinearlyImplicit(corrections=1)}),
     "discrete gradient": ("arm", {"method": ph.DiscreteGradient()}),
+    "projected": ("truss", {"projection": ph.Projection(every=3)}),
+    "projected, damped": ("truss", {"method": ph.RadauIIA(2), "projection": ph.Projection()}),
+    "projected, adaptive": ("truss", {"adaptive": ph.Adaptive(1e-3, atol=1e-2), "projection": ph.Projection(every=2)}),
     "adaptive": ("arm", {"adaptive": ph.Adaptive(1e-3, atol=1e-2)}),
     "adaptive gauss": ("beam", {"method": ph.GaussLegendre(2), "adaptive": ph.Adaptive(1e-3, atol=1e-2)}),
     "adaptive outputs": ("beam", {"adaptive": ph.Adaptive(1e-3, atol=1e-2, outputs=("tip.x velocity",))}),
@@ -40,7 +45,9 @@ def test_to_the_bit_for_every_method(systems, tmp_path, same, cut, case, at):
     resumed = ph.resume(tmp_path / "cut.h5", system, inputs=options["inputs"])
     assert resumed.status.ok and sorted(p.name for p in tmp_path.iterdir()) == ["cut.h5", "whole.h5"]
     same(whole, resumed)
-    assert whole.statistics.start_energy_change == resumed.statistics.start_energy_change
+    for name in ("start_energy_change", "projections", "largest_gap", "projection_energy_change"):
+        assert getattr(whole.statistics, name) == getattr(resumed.statistics, name)
+    assert ("projected" in case) == (resumed.statistics.projections > 0)
 
 
 def test_to_the_bit_for_an_energy_that_is_not_quadratic(systems, tmp_path, same, monkeypatch):

@@ -49,7 +49,7 @@ def test_increments(solution):
     np.testing.assert_array_equal(steps.get_ydata(), error[error > 0.0])
     np.testing.assert_array_equal(steps.get_xdata(), solution.t[1:][error > 0.0])
     assert ax.get_yscale() == "log"
-    assert ax.get_ylabel() == "|ΔH − supplied + dissipated| (J)"
+    assert ax.get_ylabel() == "|ΔH − supplied + losses| (J)"
     [level] = set(lines(ax)["round-off of largest energy"].get_ydata())
     assert level == np.finfo(float).eps * np.abs(list(solution.energy.values())).max()
 

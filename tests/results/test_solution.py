@@ -33,7 +33,9 @@ def test_states_by_name(solution):
 
 def test_energies_by_name(solution):
     energy = solution.energy
-    assert tuple(energy) == ("kinetic", "strain", "gravity", "supplied", "dissipated", "total") and len(energy) == 6
+    names = ("kinetic", "strain", "gravity", "supplied", "dissipated", "numerical_loss", "projected", "total")
+    assert tuple(energy) == names and len(energy) == 8
+    assert not energy.numerical_loss.any() and not energy.projected.any()
     assert energy["kinetic"] is energy.kinetic and energy.kinetic.shape == solution.t.shape
     np.testing.assert_allclose(energy.total, energy.kinetic + energy.strain + energy.gravity, atol=1e-12)
     np.testing.assert_allclose(

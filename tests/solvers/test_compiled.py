@@ -43,6 +43,8 @@ METHODS = {
     "midpoint from x": ph.Midpoint(predict=False),
     "2 stages": ph.GaussLegendre(2),
     "3 stages": ph.GaussLegendre(3),
+    "2 stages, damped": ph.RadauIIA(2),
+    "3 stages, damped": ph.RadauIIA(3),
 }
 
 

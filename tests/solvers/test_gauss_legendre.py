@@ -5,7 +5,7 @@ import pytest
 
 import phblocks as ph
 from phblocks.errors import ArgumentTypeError, DataError, MethodError
-from phblocks.solvers.collocation import Collocation
+from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.linear import BandedSolver
 from phblocks.solvers.stage import StageEquation
 

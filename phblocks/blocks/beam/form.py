@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -312,10 +313,10 @@ class BeamForm(Form):
 
     def _tangents(self, history: History, elements: Ints, xi: Floats) -> Floats:
         """Lambda (e1 + Gamma) at points, shape (times, points, 2)."""
+        rows, _, _ = self._rows(elements, xi)
         gamma = [
-            (field_rows(self.mesh, "N", d, elements, xi) @ self._mesh_states(history)).T
-            * self.compliance[component_index("N", d)]
-            for d in self.mesh.space.translation
+            (of_one @ self._mesh_states(history)).T * self.compliance[component_index("N", d)]
+            for d, of_one in zip(self.mesh.space.translation, rows, strict=True)
         ]
         gamma[0] = gamma[0] + 1.0
         angle = self._angles(history, elements, xi)
@@ -326,10 +327,22 @@ class BeamForm(Form):
         """Orientation at points, shape (times, points)."""
         place = self.mesh.boundaries[elements] + xi * self.mesh.lengths[elements]
         first = self.rotation_states[0] if self.rotation_states.size else 0
-        rows, bend = angle_rows(self.mesh, elements, xi)
+        _, rows, bend = self._rows(elements, xi)
         angle = (rows[:, first : first + self.rotation_states.size] @ history.theta.T).T
         bent = (bend @ self._mesh_states(history)).T * self.compliance[component_index("M", 2)]
         return cast(Floats, self.start_angle + self.curvature * place + angle + bent)
+
+    def _rows(self, elements: Ints, xi: Floats) -> tuple[list[sp.csr_array], sp.csr_array, sp.csr_array]:
+        """What reads forces and angles at points, kept: the same points are asked for again and again."""
+        key = elements.tobytes(), xi.tobytes()
+        if key not in self._known_rows:
+            forces = [field_rows(self.mesh, "N", d, elements, xi) for d in self.mesh.space.translation]
+            self._known_rows[key] = (forces, *angle_rows(self.mesh, elements, xi))
+        return self._known_rows[key]
+
+    @cached_property
+    def _known_rows(self) -> dict[tuple[bytes, bytes], tuple[list[sp.csr_array], sp.csr_array, sp.csr_array]]:
+        return {}
 
     def _projection(self, elements: Ints, xi: Floats) -> Floats:
         """Weights of the material points in the L2 projection onto the space of V, evaluated at a point."""
