@@ -48,15 +48,19 @@ def justified(system: System) -> System:
     if not record:
         return system
     system = replace(system, approximations=record, effects=system.effects.joined(record))
-    known = [0.0 if i.signal is None or callable(i.signal) else _number(i.signal) for i in system.inputs]
+    known = [_constant(system, number) for number in range(system.n_inputs)]
     require_slow(system, system.start, np.array(known))
     return system
 
 
-def _number(signal: object) -> float:
-    """The value of a constant scalar signal; zero for vectors, which turn nothing."""
-    array = real_array(signal)
-    return float(array.ravel()[0]) if array is not None and array.size == 1 else 0.0
+def _constant(system: System, number: int) -> float:
+    """The value of an input whose signal is constant, zero otherwise."""
+    signal, exposure = system.inputs[number].signal, system.inputs[number].exposure
+    array = None if signal is None or callable(signal) else real_array(signal)
+    if array is None:
+        return 0.0
+    first = next(i for i, entry in enumerate(system.inputs) if entry.exposure == exposure)
+    return float(array.ravel()[number - first])
 
 
 def watched(system: System) -> Sequence[Part]:
