@@ -222,7 +222,10 @@ def test_a_linear_frame_in_space_sags_as_beam_theory_says():
     second = d.add(ph.Beam("second", SECTION, (a, 0.0, 0.0), (a, b, 0.0), 4, 2, damping=ph.Damping(10.0, 0.2)))
     d.weld(d.ground, first.start)
     d.weld(first.end, second.start)
-    d.connect(second.end.translation, d.add(ph.Force("F", (0.0, 0.0, force))).port)
+    d.connect(
+        second.end.translation,
+        d.add(ph.Force("F", lambda t: (0.0, 0.0, force * np.sin(0.5 * np.pi * min(t / 10.0, 1.0)) ** 2))).port,
+    )
     system = d.compile(approximation=ph.Approximation(large_rotation=False))
     assert system.linear
     run = ph.simulate(system, 40.0, 0.02)  # to rest
