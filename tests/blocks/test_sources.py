@@ -5,6 +5,7 @@ import pytest
 
 import phblocks as ph
 from phblocks.errors import ArgumentTypeError, DataError, DuplicateNameError
+from phblocks.space import PLANAR, SPATIAL
 
 
 def pushed(force, follows=False, spin=0.0):
@@ -112,3 +113,39 @@ def test_names_of_sources_and_exposed_ports_are_one_list():
 def test_what_is_refused(make, error):
     with pytest.raises(error):
         make()
+
+
+def test_a_velocity_that_follows_turns_with_the_part_it_moves(bar):
+    """A root that is turned at 2 rad/s and driven along its own axis: as with the same velocity in the fixed frame."""
+    runs = []
+    for follows in (True, False):
+        d = ph.Diagram("root")
+        beam = d.add(ph.Beam("beam", bar, (0.0, 0.0), (1.0, 0.0), elements=2))
+
+        def speed(t, follows=follows):
+            along = 0.3 * t
+            return (along, 0.0) if follows else (along * np.cos(2.0 * t), along * np.sin(2.0 * t))
+
+        d.connect(d.add(ph.Velocity("drive", speed, follows=follows)).port, beam.start.translation)
+        d.connect(d.add(ph.AngularVelocity("turn", 2.0)).port, beam.start.rotation)
+        runs.append(ph.simulate(d.compile(), t_end=0.05, dt=1e-3))
+    mine, theirs = (run.velocity("beam", 1.0) for run in runs)
+    np.testing.assert_allclose(mine, theirs, rtol=0.0, atol=1e-12 * np.abs(theirs).max())
+    # where the root has gone to is not the integral of what is imposed
+    assert [len(run.closure()) for run in runs] == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("source", "flat", "spatial"),
+    [
+        (ph.Force, (1.0, 2.0), (1.0, 2.0, 3.0)),
+        (ph.Velocity, (1.0, 2.0), (1.0, 2.0, 3.0)),
+        (ph.Moment, 1.0, (1.0, 2.0, 3.0)),
+        (ph.AngularVelocity, 1.0, (1.0, 2.0, 3.0)),
+    ],
+)
+def test_the_components_of_a_constant_are_those_of_a_space(source, flat, spatial):
+    assert source("s", flat).space is PLANAR and source("s", spatial, follows=True).space is SPATIAL
+    assert source("s", lambda t: flat).space is None
+    with pytest.raises(DataError, match=r"'s': expected .*in space three"):
+        source("s", (1.0, 2.0, 3.0, 4.0))
