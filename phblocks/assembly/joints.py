@@ -51,7 +51,7 @@ def _join(layout: Layout, junction: Junction, to: Entries) -> None:
         for taker in takers:
             _exchange(layout, giver, taker, to)
     for exposure in junction.exposures:
-        acted = takers if exposure.gives else givers
+        acted = [port for port in (takers if exposure.gives else givers) if layout.pieces(port)]
         for port in acted:
             _open(layout, exposure, port, layout.followed(exposure, acted[0]), to)
 

@@ -50,8 +50,9 @@ def motion(
     Returns
     -------
     matplotlib.axes.Axes
-        Coordinates x and y in m, at equal scale (what is in space is seen along z): the initial configuration dashed, one line for each time (with
-        gaps between the blocks), one for each path, triangles where the mechanism is joined to the ground.
+        Coordinates x and y in m, at equal scale (what is in space is seen along z): the initial configuration dashed,
+        one line for each time (with gaps between the blocks), one for each path, triangles where the mechanism is
+        joined to the ground.
 
     Raises
     ------
