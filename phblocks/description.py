@@ -11,10 +11,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from phblocks.blocks import load_all
 from phblocks.blocks.block import Block
 from phblocks.blocks.values import plain, value_of
 from phblocks.errors import ArgumentTypeError, ExportError, PhblocksError, UnknownNameError
-from phblocks.network import GAP_TOLERANCE, Junction, Network
+from phblocks.network import GAP_TOLERANCE, Junction, Network, drawn_by
 from phblocks.ports import TRANSLATION, Port
 from phblocks.space import PLANAR
 
@@ -230,10 +231,12 @@ def draw(data: Mapping[str, Any], diagram: Drawing, where: str) -> None:
     PhblocksError
         As the same calls in Python: a number out of its range, a port that does not exist or is joined already.
     """
+    load_all()
     for i, entry in enumerate(data["blocks"]):
         at = f"{where}: blocks[{i}]"
         _require_keys(at, entry, "block")
-        diagram.add(_block(entry, at))
+        with drawn_by(at):
+            diagram.add(_block(entry, at))
     if "space" in data and data["space"] != diagram.network.space.name:
         raise _not(f"{where}: space", f"{diagram.network.space.name!r}, as its coordinates say", data["space"])
     for i, entry in enumerate(data["junctions"]):
@@ -243,17 +246,20 @@ def draw(data: Mapping[str, Any], diagram: Drawing, where: str) -> None:
         if not isinstance(paths, list) or not paths or not isinstance(apart, bool):
             raise _not(at, "a list of ports, and apart true or false", entry)
         ports = [_port(diagram.network, path, at) for path in paths]
-        if len(ports) == 1:
-            diagram.free(*ports)
-        else:
-            diagram.connect(*ports, apart=apart)
+        with drawn_by(at):
+            if len(ports) == 1:
+                diagram.free(*ports)
+            else:
+                diagram.connect(*ports, apart=apart)
     for i, entry in enumerate(data["exposed"]):
         at = f"{where}: exposed[{i}]"
         _require_keys(at, entry, "exposed")
         follows = entry.get("follows", False)
         if not isinstance(follows, bool):
             raise _not(f"{at}: follows", "true or false", follows)
-        diagram.expose(_port(diagram.network, entry["port"], at), entry["name"], entry.get("imposes"), follows)
+        port = _port(diagram.network, entry["port"], at)
+        with drawn_by(at):
+            diagram.expose(port, entry["name"], entry.get("imposes"), follows)
 
 
 def _block(entry: Mapping[str, Any], where: str) -> Block:
