@@ -17,14 +17,15 @@ from phblocks.blocks.values import plain, value_of
 from phblocks.errors import ArgumentTypeError, ExportError, PhblocksError, UnknownNameError
 from phblocks.network import GAP_TOLERANCE, Junction, Network, drawn_by
 from phblocks.ports import TRANSLATION, Port
+from phblocks.space import PLANAR
 
 FORMAT, VERSION = "phblocks diagram", 1
 #: Keys of a file, of a block, a junction and an exposed port, and which of them may be left out.
 KEYS = {
-    "file": (("format", "version", "name", "blocks", "junctions", "exposed"), ("gravity",)),
+    "file": (("format", "version", "name", "blocks", "junctions", "exposed"), ("gravity", "space")),
     "block": (("kind", "name"), ("maker", "arguments")),
     "junction": (("ports",), ("apart",)),
-    "exposed": (("port", "name"), ("imposes",)),
+    "exposed": (("port", "name"), ("imposes", "follows")),
 }
 
 
@@ -67,7 +68,7 @@ class Drawing(Protocol):
             The ports.
         """
 
-    def expose(self, port: Port, name: str, imposes: str | None = None) -> None:
+    def expose(self, port: Port, name: str, imposes: str | None = None, follows: bool = False) -> None:
         """Open a port to the outside.
 
         Parameters
@@ -78,6 +79,8 @@ class Drawing(Protocol):
             Of input and output.
         imposes : str or None
             What the outside imposes.
+        follows : bool
+            Its components turn with the frame of the port.
         """
 
 
@@ -116,6 +119,7 @@ def describe(network: Network, ground: str) -> dict[str, Any]:
         "version": VERSION,
         "name": network.name,
         "gravity": None if network.gravity is None else network.gravity.tolist(),
+        **({} if network.space == PLANAR else {"space": network.space.name}),
         "blocks": blocks,
         "junctions": [_junction(junction) for junction in network.joined],
         "exposed": [
@@ -124,6 +128,7 @@ def describe(network: Network, ground: str) -> dict[str, Any]:
                 "name": e.name,
                 "imposes": (e.port.domain.common if e.gives else e.port.domain.summed).name,
             }
+            | ({"follows": True} if e.follows else {})
             for e in network.exposed
         ],
     }
@@ -232,6 +237,8 @@ def draw(data: Mapping[str, Any], diagram: Drawing, where: str) -> None:
         _require_keys(at, entry, "block")
         with drawn_by(at):
             diagram.add(_block(entry, at))
+    if "space" in data and data["space"] != diagram.network.space.name:
+        raise _not(f"{where}: space", f"{diagram.network.space.name!r}, as its coordinates say", data["space"])
     for i, entry in enumerate(data["junctions"]):
         at = f"{where}: junctions[{i}]"
         _require_keys(at, entry, "junction")
@@ -247,9 +254,12 @@ def draw(data: Mapping[str, Any], diagram: Drawing, where: str) -> None:
     for i, entry in enumerate(data["exposed"]):
         at = f"{where}: exposed[{i}]"
         _require_keys(at, entry, "exposed")
+        follows = entry.get("follows", False)
+        if not isinstance(follows, bool):
+            raise _not(f"{at}: follows", "true or false", follows)
         port = _port(diagram.network, entry["port"], at)
         with drawn_by(at):
-            diagram.expose(port, entry["name"], entry.get("imposes"))
+            diagram.expose(port, entry["name"], entry.get("imposes"), follows)
 
 
 def _block(entry: Mapping[str, Any], where: str) -> Block:

@@ -36,7 +36,7 @@ from phblocks.errors import (
 from phblocks.nesting import Nested, prefixed
 from phblocks.network import GAP_TOLERANCE, Junction, Network, call_site
 from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
-from phblocks.space import PLANAR
+from phblocks.space import PLANAR, space_of
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array
 
@@ -54,12 +54,13 @@ class Diagram:
     name : str, optional
         For titles and messages.
     gravity : array_like, optional
-        Acceleration of gravity, shape (2,), m/s^2; none by default.
+        Acceleration of gravity, shape (2,), m/s^2; of shape (3,) it makes the diagram spatial, as blocks with three
+        coordinates do. None by default.
 
     Raises
     ------
     DataError
-        If gravity is not two finite components.
+        If gravity is not two or three finite components.
     ArgumentTypeError
         If gravity is not numbers, or the name not a text.
     """
@@ -69,7 +70,8 @@ class Diagram:
             raise ArgumentTypeError("name of a diagram", expected="a text", got=repr(name), fix="Choose a name.")
         acceleration = None if gravity is None else _acceleration(f"Diagram {name!r} gravity", gravity)
         ground = Ground()
-        self.network = Network(name, acceleration, PLANAR, blocks={ground.name: ground})
+        space = PLANAR if acceleration is None else space_of(acceleration.size)
+        self.network = Network(name, acceleration, space, blocks={ground.name: ground})
         self._ground = ground
         self._inner: tuple[Diagram, ...] = ()
 
@@ -131,6 +133,8 @@ class Diagram:
             If a diagram would be inside itself, or has a gravity of its own that is another.
         DataError
             If the name of a diagram is empty or has dots.
+        SpaceError
+            If it is planar and the diagram spatial, or the other way round.
         ArgumentTypeError
             If it is not a block or a diagram, or a block is given another name.
         """
@@ -166,6 +170,8 @@ class Diagram:
             If the translation of one of them is joined already.
         PortTypeError
             If one of them has no port of translation.
+        SpaceError
+            If a multiplier is asked for in space.
         ForeignBlockError
             If the block of one of them is not in the diagram.
         ArgumentTypeError
@@ -195,6 +201,8 @@ class Diagram:
             If a port of one of them is joined already.
         PortTypeError
             If one of them has no port of translation, or none of rotation.
+        SpaceError
+            If a multiplier is asked for in space.
         ForeignBlockError
             If the block of one of them is not in the diagram.
         ArgumentTypeError
@@ -296,21 +304,24 @@ class Diagram:
         other.network = network
         return other
 
-    def expose(self, port: Port, name: str, imposes: str | None = None) -> None:
+    def expose(self, port: Port, name: str, imposes: str | None = None, follows: bool = False) -> None:
         """Open a port to the outside: one input and its power-conjugate output.
 
-        Vectors are in the fixed frame of the diagram. A port that is joined is exposed together with its
-        junction: a force from outside acts on the joint.
+        Vectors are in the fixed frame of the diagram, or follow the frame of the port. A port that is joined is exposed
+        together with its junction: a force from outside acts on the joint.
 
         Parameters
         ----------
         port : Port
             Such as ``beam.end.translation``.
         name : str
-            Of input and output, without dots; components get ".x", ".y".
+            Of input and output, without dots; components get ".x", ".y", ".z".
         imposes : str, optional
             What the outside imposes, by name, such as "force" or "velocity"; by default the summed quantity
             (force, moment), unless the port, and all it is joined to by now, can only take the common one (velocity).
+        follows : bool, optional
+            Components are along the axes of the material frame there, and turn with it; by default they are in the
+            fixed frame.
 
         Raises
         ------
@@ -358,7 +369,8 @@ class Diagram:
             gives = not any(c.may_give for p in ports for c in p.block.choices()[0] if c.port is p)
         else:
             gives = imposes == common
-        self.network.exposed.append(Exposure(name, port, gives, made_by=f"expose at {call_site()}"))
+        follows = require_flag(f"expose {port.path} follows", follows)
+        self.network.exposed.append(Exposure(name, port, gives, follows, made_by=f"expose at {call_site()}"))
 
     def check(self) -> CausalityReport:
         """Find out who gives and who takes at every junction.
@@ -406,6 +418,8 @@ class Diagram:
             If a constraint follows from others, or holds nothing.
         GapError
             If what is joined to a slider is not in the place that it was given.
+        OrientationError
+            If something depends on how frames stand that turn in space.
         ApproximationError
             If large rotations are left out in a block that is driven too fast for that.
         """
@@ -474,6 +488,7 @@ class Diagram:
             )
         network, nested = prefixed(inner.network, name, self._ground)
         self._require_new(list(network.blocks), [e.name for e in network.exposures()])
+        self.network.settle(network.space if inner.network.settled else None, f"diagram {name!r}")
         self.network.blocks |= network.blocks
         self.network.exposed += network.exposed
         self.network.added |= {block: f"{call}, nested at {call_site()}" for block, call in network.added.items()}
@@ -484,7 +499,7 @@ class Diagram:
 
     @property
     def _gravity(self) -> Floats:
-        return np.zeros(2) if self.network.gravity is None else self.network.gravity
+        return np.zeros(self.network.space.dimension) if self.network.gravity is None else self.network.gravity
 
     def _within(self) -> set[Diagram]:
         """All diagrams nested in this one, at any depth."""
@@ -504,6 +519,7 @@ class Diagram:
                 )
 
     def _put(self, verb: str, block: Block) -> None:
+        self.network.settle(block.space, f"{verb} {block.name!r}")
         self.network.blocks[block.name] = block
         self.network.added[block.name] = f"{verb} at {call_site()}"
 
@@ -652,10 +668,10 @@ def _require_same_place(verb: str, anchors: Sequence[Anchor], hint: str = "") ->
 
 
 def _acceleration(where: str, gravity: ArrayLike) -> Floats:
-    fix = "Write for instance gravity=(0.0, -9.81); this version builds planar diagrams only."
+    fix = "Write for instance gravity=(0.0, -9.81), in space (0.0, 0.0, -9.81)."
     acceleration = real_array(gravity)
     if acceleration is None:
-        raise ArgumentTypeError(where, expected="two numbers, m/s^2", got=repr(gravity), fix=fix)
-    if acceleration.shape != (2,) or not np.isfinite(acceleration).all():
-        raise DataError(where, expected="two finite components, m/s^2", got=repr(gravity), fix=fix)
+        raise ArgumentTypeError(where, expected="two or three numbers, m/s^2", got=repr(gravity), fix=fix)
+    if acceleration.shape not in ((2,), (3,)) or not np.isfinite(acceleration).all():
+        raise DataError(where, expected="two or three finite components, m/s^2", got=repr(gravity), fix=fix)
     return acceleration

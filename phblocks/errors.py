@@ -98,6 +98,12 @@ class NestingError(PhblocksError, ValueError):
     code = "PH207"
 
 
+class SpaceError(PhblocksError, ValueError):
+    """Planar and spatial parts are in one diagram, or a part is asked for in space that only the plane has."""
+
+    code = "PH208"
+
+
 class CausalityError(PhblocksError, ValueError):
     """No assignment of who gives and who takes makes the diagram causal."""
 
@@ -162,6 +168,12 @@ class PrunedError(PhblocksError, ValueError):
     """A start or an input moves what the compilation proved to stay zero, and left out."""
 
     code = "PH404"
+
+
+class OrientationError(PhblocksError, NotImplementedError):
+    """The orientation of a frame that turns in space would be needed, which this version does not compute."""
+
+    code = "PH405"
 
 
 class ExportError(PhblocksError, ValueError):

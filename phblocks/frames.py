@@ -1,16 +1,21 @@
-"""Rotations in the plane as linear combinations of features: ``Lambda(alpha) = cos(alpha) 1 + sin(alpha) QUARTER``.
+"""Orientations of frames: angles in the plane, and frames of space that keep their angle to each other.
 
-A :class:`Turn` is an angle that depends linearly on the rotation states. What is written here is all that a
-spatial version has to write anew (quaternions; features are then the entries of the rotation matrices).
+Rotations in the plane are linear combinations of features, ``Lambda(alpha) = cos(alpha) 1 + sin(alpha) QUARTER``; a
+:class:`Turn` is an angle that depends linearly on the rotation states. In space an :class:`Attitude` says how a frame
+stands at the start and what it turns with: two that turn with the same thing keep their rotation against each other,
+and that is all that is known of them (no quaternions yet: features would be the entries of the rotation matrices).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import numpy as np
 
+from phblocks.ports import Anchor
+from phblocks.space import Space
 from phblocks.triplets import Floats
 
 #: Rotation by a quarter turn; the derivative of a planar rotation at the identity.
@@ -28,15 +33,18 @@ def rotate(angle: Floats, vectors: Floats) -> Floats:
     angle : numpy.ndarray
         Shape (...,), rad.
     vectors : numpy.ndarray
-        Shape (..., 2), broadcast against the angles.
+        Shape (..., 2), or (..., 3) to be turned about axis 3; broadcast against the angles.
 
     Returns
     -------
     numpy.ndarray
-        ``Lambda(angle) vectors``, shape (..., 2).
+        ``Lambda(angle) vectors``, of as many components.
     """
-    turned = np.asarray(angle)[..., None]
-    return np.asarray(np.cos(turned) * vectors + np.sin(turned) * (vectors @ QUARTER.T))
+    turned, flat = np.asarray(angle)[..., None], vectors[..., :2]
+    moved = np.asarray(np.cos(turned) * flat + np.sin(turned) * (flat @ QUARTER.T))
+    if vectors.shape[-1] == 2:
+        return moved
+    return np.concatenate([moved, np.broadcast_to(vectors[..., 2:], (*moved.shape[:-1], 1))], axis=-1)
 
 
 def snapped(value: float) -> float:
@@ -78,6 +86,11 @@ class Turn:
         """Whether the angle is constant."""
         return not self.places
 
+    @property
+    def none(self) -> bool:
+        """Whether it is no turn at all, given that it is constant."""
+        return self.reference == 0.0
+
     def minus(self, other: Turn) -> Turn:
         """Subtract another angle; rotation states that cancel are dropped.
 
@@ -112,6 +125,21 @@ class Turn:
         """
         return Turn(self.places, self.weights, self.reference + angle)
 
+    def carrying(self, anchor: Anchor) -> Turn:
+        """Return the orientation of an anchor that turns with this.
+
+        Parameters
+        ----------
+        anchor : Anchor
+            It keeps its initial angle to this.
+
+        Returns
+        -------
+        Turn
+            Of the anchor.
+        """
+        return self.shifted(anchor.angle - self.reference)
+
     def matrix(self) -> Floats:
         """Return the rotation matrix at the start; quarter turns are exact.
 
@@ -125,3 +153,95 @@ class Turn:
 
 
 NO_TURN = Turn((), (), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Attitude:
+    """Orientation of a frame of space: how it stands at the start, and what it turns with.
+
+    Parameters
+    ----------
+    start : numpy.ndarray
+        Its axes at the start as columns, shape (3, 3).
+    turning : hashable or None
+        What it turns with, the same for all frames that keep their rotation against each other; ``None`` if it does
+        not turn. A block names the first of its states that are the angular velocity there.
+    """
+
+    start: Floats
+    turning: Hashable = None
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it does not turn."""
+        return self.turning is None
+
+    @property
+    def none(self) -> bool:
+        """Whether it is no rotation at all, given that it does not turn."""
+        return bool(np.array_equal(self.start, np.eye(3)))
+
+    def minus(self, other: Attitude) -> Attitude:
+        """Return the rotation from this frame into another.
+
+        Parameters
+        ----------
+        other : Attitude
+            The other.
+
+        Returns
+        -------
+        Attitude
+            It does not turn if both turn with the same thing.
+        """
+        relative = other.start.T @ self.start
+        nearest = np.round(relative)
+        relative = np.where(np.abs(relative - nearest) <= 8.0 * ROUND_OFF, nearest, relative)
+        return Attitude(relative, None if self.turning == other.turning else (self.turning, other.turning))
+
+    def carrying(self, anchor: Anchor) -> Attitude:
+        """Return the orientation of an anchor that turns with this.
+
+        Parameters
+        ----------
+        anchor : Anchor
+            With a frame in space.
+
+        Returns
+        -------
+        Attitude
+            Of the anchor.
+        """
+        return Attitude(self.start if anchor.frame is None else anchor.frame, self.turning)
+
+    def matrix(self) -> Floats:
+        """Return the rotation matrix at the start.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (3, 3).
+        """
+        return self.start
+
+
+#: An orientation in the plane or in space.
+Orientation = Turn | Attitude
+
+AT_REST = Attitude(np.eye(3))
+
+
+def standing(space: Space) -> Orientation:
+    """Return the orientation of the fixed frame.
+
+    Parameters
+    ----------
+    space : Space
+        Of the model.
+
+    Returns
+    -------
+    Turn or Attitude
+        No rotation.
+    """
+    return AT_REST if space.turns("rotation") else NO_TURN

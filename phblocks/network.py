@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from phblocks.blocks.block import Block
+from phblocks.errors import SpaceError
 from phblocks.ports import Domain, Exposure, Port
 from phblocks.space import Space
 from phblocks.triplets import Floats
@@ -25,6 +26,11 @@ if TYPE_CHECKING:
 
 #: Anchors closer than this, relative to their coordinates, are in the same place.
 GAP_TOLERANCE = 1e-9
+
+MIXED = (
+    "Two coordinates everywhere make a diagram planar, three make it spatial. In space there are beams, sources and "
+    "the ground for now; joints with multipliers, bodies, springs and dampers are planar."
+)
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
 #: The entry of a file that is being drawn, if one is.
@@ -103,6 +109,39 @@ class Network:
         """
         self.joined.append(junction)
         self.junction_of |= {port: junction for port in junction.ports if not port.block.shared}
+
+    @property
+    def settled(self) -> bool:
+        """Whether anything in it says which components exist."""
+        return self.gravity is not None or any(block.space is not None for block in self.blocks.values())
+
+    def settle(self, space: Space | None, what: str) -> None:
+        """Take the components of what is added, if nothing said which exist so far.
+
+        Parameters
+        ----------
+        space : Space or None
+            Of what is added; ``None`` if it fits any.
+        what : str
+            What it is, for the message.
+
+        Raises
+        ------
+        SpaceError
+            If the network has others.
+        """
+        if space is None or space == self.space:
+            return
+        if self.settled:
+            first = next((b.name for b in self.blocks.values() if b.space is not None), None)
+            said = "its gravity" if first is None or self.gravity is not None else f"block {first!r}"
+            raise SpaceError(
+                f"{what} in diagram {self.name!r}",
+                expected=f"{self.space.name} parts, as {said} says",
+                got=f"a {space.name} one",
+                fix=MIXED,
+            )
+        self.space = space
 
     def exposures(self) -> Sequence[Exposure]:
         """List all openings to the outside: those the user made, then those of sources.

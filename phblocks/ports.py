@@ -199,6 +199,8 @@ class Anchor:
         body: coordinates in its frame).
     turns : bool
         It has an orientation: a port of rotation beside that of translation.
+    frame : numpy.ndarray or None
+        Initial orientation of the material frame in space, its axes as columns, shape (3, 3); ``None`` in the plane.
 
     Attributes
     ----------
@@ -214,6 +216,7 @@ class Anchor:
     angle: float = 0.0
     place: Place = 0.0
     turns: bool = True
+    frame: Floats | None = None
     translation: Port = field(init=False)
     rotation: Port = field(init=False)
 
@@ -250,7 +253,8 @@ class Exposure:
     gives : bool
         The outside gives the common quantity (velocity) and takes the summed one.
     follows : bool
-        Components are in the frame of the anchor that is acted on, and turn with it; otherwise in the fixed frame.
+        Components are in the frame of the anchor of the port, or if that is nowhere in particular of the anchor that
+        is acted on, and turn with it; otherwise in the fixed frame.
     signal : callable, array_like or None
         What is imposed if the simulation is given nothing else, as a constant or a function of time.
     made_by : str

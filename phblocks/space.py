@@ -60,3 +60,19 @@ class Space:
 
 SPATIAL = Space("spatial", (0, 1, 2), (0, 1, 2))
 PLANAR = Space("planar", (0, 1), (2,))
+
+
+def space_of(dimension: int) -> Space:
+    """Find the space by the number of coordinates of a point.
+
+    Parameters
+    ----------
+    dimension : int
+        2 or 3.
+
+    Returns
+    -------
+    Space
+        Planar or spatial.
+    """
+    return {space.dimension: space for space in (PLANAR, SPATIAL)}[dimension]

@@ -191,6 +191,32 @@ def test_scenes(scene, tmp_path):
     assert again.read_bytes() == (tmp_path / "diagram.json").read_bytes()
 
 
+def test_in_space(tmp_path):
+    """The space is told by the coordinates, and written beside them; components that follow a frame say so."""
+    section = ph.Section(1e3, (1e3, 2e3), (1.0, 2.0), 1.0, (1e-2, 2e-2), torsion=1.0, polar=0.1)
+    d = ph.Diagram("space", gravity=(0.0, 0.0, 0.0))
+    load = ph.LineLoad("wind", (0.0, 1.0, 2.0), follows=True)
+    beam = d.add(ph.Beam("b", section, (0, 0, 0), (1, 0, 1), 3, normal=(0.0, 1.0, 0.3), curvature=0.2, loads=load))
+    d.weld(beam.start, d.ground)
+    d.expose(beam.end.translation, "tip", follows=True)
+    d.connect(beam.end.rotation, d.add(ph.Moment("twist", (1.0, 2.0, 3.0), follows=True)).port)
+    back = there_and_back(d, tmp_path)
+    assert_same_system(back.compile(), d.compile())
+    assert back.network.space == d.network.space
+    np.testing.assert_array_equal(back.blocks["b"].end.frame, beam.end.frame)
+    data = json.loads((tmp_path / "diagram.json").read_text(encoding="utf-8"))
+    assert data["space"] == "spatial" and data["exposed"][0]["follows"] is True
+    jsonschema = pytest.importorskip("jsonschema")
+    jsonschema.Draft202012Validator(SCHEMA).validate(data)
+    for change, says in (
+        ({"space": "planar"}, "space: expected 'spatial', as its coordinates say"),
+        ({"exposed": [{**data["exposed"][0], "follows": 1}]}, "follows: expected true or false"),
+    ):
+        (tmp_path / "wrong.json").write_text(json.dumps(data | change), encoding="utf-8")
+        with pytest.raises(ExportError, match=says):
+            ph.load(tmp_path / "wrong.json")
+
+
 def test_nested(scenes, tmp_path):
     outer, arm = ph.Diagram("outer", gravity=(0.0, -9.81)), scenes["arm"]
     for name in ("left", "right"):
@@ -312,7 +338,7 @@ def entry(data, name):
         (lambda d: d.pop("junctions"), ExportError, "none named junctions"),
         (lambda d: d.update(extra=1), ExportError, "no keys but .*got extra"),
         (lambda d: d.update(blocks={}), ExportError, "blocks: expected a list"),
-        (lambda d: d.update(gravity=[1]), DataError, "two finite components"),
+        (lambda d: d.update(gravity=[1]), DataError, "two or three finite components"),
         (lambda d: d.update(name=3), ArgumentTypeError, "name of a diagram"),
         (lambda d: d["blocks"].append(3), ExportError, r"blocks\[\d+\]: expected an object"),
         (lambda d: entry(d, "mass").update(kind="Block"), ExportError, "kind: expected one of"),

@@ -46,7 +46,7 @@ def test_a_new_diagram():
 @pytest.mark.parametrize(
     ("gravity", "error"),
     [
-        ((0.0, 0.0, -9.81), DataError),
+        ((0.0, 0.0, 0.0, -9.81), DataError),
         ((0.0,), DataError),
         (-9.81, DataError),
         ((math.nan, 0.0), DataError),

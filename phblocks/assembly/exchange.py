@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from phblocks.assembly.layout import Layout
-from phblocks.frames import NO_TURN, Turn
+from phblocks.frames import NO_TURN, Attitude, Turn
 from phblocks.ports import Port
 from phblocks.system import Angles, Exchange
 from phblocks.triplets import Ints, Triplets
@@ -44,11 +44,12 @@ def find_exchange(
     for number, pair in enumerate(pairs):
         for port, member in zip(pair, members, strict=True):
             for points, output in layout.pieces(port):
-                turn = points if isinstance(points, Turn) and space.turns(port.domain.turns_with) else NO_TURN
                 member.append((number, len(turns)))
-                outputs.append(output.shifted(len(turns) * space.dimension, 0))
-                along.append(-1 if isinstance(points, Turn) else int(lines[points]))
-                turns.append(turn)
+                # both sides turn alike in space, so they can be compared as they stood at the start
+                seen = _seen_at_start(points, output) if isinstance(points, Attitude) else output
+                outputs.append(seen.shifted(len(turns) * space.dimension, 0))
+                along.append(int(lines[points]) if isinstance(points, int) else -1)
+                turns.append(points if isinstance(points, Turn) and space.turns(port.domain.turns_with) else NO_TURN)
     rows = [(p, place[i], w) for p, t in enumerate(turns) for i, w in zip(t.places, t.weights, strict=True)]
     kept = np.array([row for row in rows if row[1] >= 0]).reshape(-1, 3)
     giving, taking = (
@@ -65,3 +66,11 @@ def find_exchange(
         giving=giving,
         taking=taking,
     )
+
+
+def _seen_at_start(frame: Attitude, output: Triplets) -> Triplets:
+    """What a port gives, in the fixed frame as long as nothing has turned."""
+    component, state = output.indices
+    values = frame.start[:, component] * output.values
+    row, entry = np.nonzero(values)
+    return Triplets.of(row, state[entry], values=values[row, entry])

@@ -26,7 +26,7 @@ from phblocks.assembly.structure import check_structure
 from phblocks.blocks.checks import is_one_of
 from phblocks.causality import CausalityReport
 from phblocks.effects import EffectsReport
-from phblocks.errors import DataError
+from phblocks.errors import DataError, OrientationError
 from phblocks.frames import Turn
 from phblocks.network import Network
 from phblocks.system import (
@@ -81,6 +81,8 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         If a constraint follows from others.
     GapError
         If what is joined to a block is not in the place that the block was given.
+    OrientationError
+        If something depends on how frames stand that turn in space.
     """
     if not is_one_of(outputs, ("all", None)):
         raise DataError("compile outputs", expected='"all" or None', got=repr(outputs), fix='Use outputs="all".')
@@ -89,6 +91,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     layout = lay_out(network, report)
     whole = collect(layout)
     gravity = np.zeros(network.space.dimension) if network.gravity is None else network.gravity
+    _require_frames(layout, gravity)
     heavy = bool(gravity.any()) and any(f.points is not None and f.points.weighs for f in layout.forms.values())
     points = Points.of(layout) if heavy or outputs == "all" else Points.of(layout, ())
     shared = share(layout.teams, layout.pieces, network, layout.n)
@@ -179,6 +182,7 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
         sites=sites,
         guides=guides,
         anchor_angles=layout.anchor_angles(place),
+        attitudes=layout.attitudes,
         point_mass=points.mass,
         point_velocity=sharing.reduced(points.velocity, (1,)).csr((points.mass.size * network.space.dimension, n)),
         point_angles=Angles(_kept(points.angle.rows, place).csr((points.mass.size, n_theta)), points.angle.reference),
@@ -194,6 +198,18 @@ def assemble(network: Network, report: CausalityReport, outputs: Outputs = "all"
     if system.is_dae:
         require_independent(system, find_constraints(system))
     return system
+
+
+def _require_frames(layout: Layout, gravity: Floats) -> None:
+    """Refuse weight on what turns in space."""
+    heavy = [name for name, f in layout.forms.items() if f.unoriented and layout.network.blocks[name].kept.gravity]
+    if gravity.any() and heavy:
+        raise OrientationError(
+            f"gravity on {heavy[0]!r}",
+            expected="parts whose frames stay as they are (large_rotation=False), or a planar diagram",
+            got="a part that turns in space: how its frames stand then is not computed yet",
+            fix="Leave out gravity or large rotations (ph.Approximation), or draw it in the plane.",
+        )
 
 
 def _needs(heavy: bool, outputs: Outputs) -> str:

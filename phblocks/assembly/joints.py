@@ -6,10 +6,17 @@ import numpy as np
 
 from phblocks.assembly.entries import Entries, direction_feature, with_feature
 from phblocks.assembly.layout import Layout
-from phblocks.frames import NO_TURN, QUARTER, Turn
+from phblocks.errors import OrientationError
+from phblocks.frames import QUARTER, Orientation, Turn
 from phblocks.network import Junction
 from phblocks.ports import Exposure, Port
 from phblocks.triplets import Floats, Triplets
+
+#: What to do where frames of space turn against each other.
+TURNING = (
+    "Weld parts, pin them to the ground only, and let forces and imposed motions follow the frame (follows=True); or "
+    "leave large rotations out (ph.Approximation(large_rotation=False)); or draw it in the plane, with two coordinates."
+)
 
 
 def collect(layout: Layout) -> Entries:
@@ -44,8 +51,9 @@ def _join(layout: Layout, junction: Junction, to: Entries) -> None:
         for taker in takers:
             _exchange(layout, giver, taker, to)
     for exposure in junction.exposures:
-        for port in takers if exposure.gives else givers:
-            _open(layout, exposure, port, to)
+        acted = [port for port in (takers if exposure.gives else givers) if layout.pieces(port)]
+        for port in acted:
+            _open(layout, exposure, port, layout.followed(exposure, acted[0]), to)
 
 
 def _exchange(layout: Layout, giver: Port, taker: Port, to: Entries) -> None:
@@ -54,7 +62,7 @@ def _exchange(layout: Layout, giver: Port, taker: Port, to: Entries) -> None:
         part
         for giving, out in layout.pieces(giver)
         for taking, into in layout.pieces(taker)
-        for part in _act(layout, giver, giving, taking, into, out, to)
+        for part in _act(layout, giver, (giving, taking), into, out, to, f"joint of {giver.path} and {taker.path}")
     ]
     if not flows:
         return  # one side has nothing to give: the ground's velocity is zero
@@ -65,19 +73,18 @@ def _exchange(layout: Layout, giver: Port, taker: Port, to: Entries) -> None:
     end = layout.span_at(taker)
     if end is not None:
         for giving, out in layout.pieces(giver):
-            to.kinematics += _act(layout, giver, giving, NO_TURN, _span_rows(*end), out, to)
+            to.kinematics += _act(layout, giver, (giving, layout.still), _span_rows(*end), out, to)
 
 
-def _open(layout: Layout, exposure: Exposure, port: Port, to: Entries) -> None:
-    """Entries of ``out^T C u``: an input in the fixed frame, or in that of the anchor, acting on a port."""
+def _open(layout: Layout, exposure: Exposure, port: Port, frame: Orientation, to: Entries) -> None:
+    """Entries of ``out^T C u``: an input in the fixed frame, or in that of an anchor, acting on a port."""
     components = np.arange(len(port.domain.components(layout.network.space)))
     outside = Triplets.of(components, layout.first_input[exposure.name] + components, values=1.0)
-    frame = layout.orientation(port) if exposure.follows else NO_TURN
     for taking, into in layout.pieces(port):
-        to.K_u += _act(layout, port, frame, taking, into, outside, to)
+        to.K_u += _act(layout, port, (frame, taking), into, outside, to, f"input {exposure.name!r} on {port.path}")
     end = layout.span_at(port)
     if end is not None and exposure.gives:
-        to.kinematics_u += _act(layout, port, frame, NO_TURN, _span_rows(*end), outside, to)
+        to.kinematics_u += _act(layout, port, (frame, layout.still), _span_rows(*end), outside, to)
 
 
 def _load(layout: Layout, exposure: Exposure, to: Entries) -> None:
@@ -85,7 +92,8 @@ def _load(layout: Layout, exposure: Exposure, to: Entries) -> None:
     components = np.arange(len(exposure.port.domain.components(layout.network.space)))
     outside = Triplets.of(components, layout.first_input[exposure.name] + components, values=1.0)
     for frame, into in layout.load_pieces(exposure.port):
-        to.K_u += _act(layout, exposure.port, NO_TURN, frame, into, outside, to)
+        where = f"load {exposure.name!r} of {exposure.port.block.name!r}"
+        to.K_u += _act(layout, exposure.port, (layout.still, frame), into, outside, to, where)
 
 
 def _span_rows(first: int, sign: float) -> Triplets:
@@ -93,11 +101,19 @@ def _span_rows(first: int, sign: float) -> Triplets:
 
 
 def _act(
-    layout: Layout, port: Port, giving: Turn | int, taking: Turn | int, into: Triplets, out: Triplets, to: Entries
+    layout: Layout,
+    port: Port,
+    frames: tuple[Orientation | int, Orientation | int],
+    into: Triplets,
+    out: Triplets,
+    to: Entries,
+    where: str = "",
 ) -> list[Triplets]:
     """Entries (row, column, feature) of ``into^T C out``, with C from the giving to the taking frame or line."""
-    assert isinstance(giving, Turn)  # what points along a line gives force, so it never is the giver of a junction
+    giving, taking = frames
+    assert not isinstance(giving, int)  # what points along a line gives force, so it never is the giver of a junction
     if isinstance(taking, int):
+        assert isinstance(giving, Turn)  # lines are planar
         to.directions.append((taking, giving))
         d = len(to.directions) - 1
         row = np.zeros_like(into.indices[0])
@@ -107,8 +123,15 @@ def _act(
         ]
     elif not layout.network.space.turns(port.domain.turns_with):
         parts = [with_feature(_sandwich(into, out, np.eye(len(port.domain.components(layout.network.space)))), 0)]
-    elif (turn := giving.minus(taking)).fixed:
+    elif (turn := giving.minus(taking)).fixed:  # type: ignore[arg-type]  # both of one space
         parts = [with_feature(_sandwich(into, out, turn.matrix()), 0)]
+    elif not isinstance(turn, Turn):
+        raise OrientationError(
+            where,
+            expected="frames that keep their rotation against each other",
+            got="frames that turn against each other in space, and how they stand then is not computed yet",
+            fix=TURNING,
+        )
     else:
         to.turns.append(turn)
         m = len(to.turns) - 1

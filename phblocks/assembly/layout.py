@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phblocks.assembly.sharing import Team, same_turns
+from phblocks.assembly.sharing import Team, same_states, same_turns
 from phblocks.blocks.form import FIXED, AngleRows, Form
 from phblocks.causality import CausalityReport
-from phblocks.frames import NO_TURN, Turn
+from phblocks.frames import Attitude, Orientation, Turn, standing
 from phblocks.network import Junction, Network
-from phblocks.ports import ROTATION, Anchor, Port
+from phblocks.ports import ROTATION, Anchor, Exposure, Port
 from phblocks.system import DROPPED, STILL, Input
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -47,6 +47,9 @@ class Layout:
         Ports that give together at a junction, and share their states.
     theta_same : numpy.ndarray
         For each rotation state of a block the one that stands for it, itself unless it is shared.
+    turning_same : dict of int to int
+        Of frames of space that turn with shared states: the first of these states, and that of the port that stands for
+        all of its team.
     """
 
     network: Network
@@ -64,8 +67,9 @@ class Layout:
     junction_of: dict[Port, Junction]
     teams: Sequence[Team]
     theta_same: Ints
+    turning_same: dict[int, int]
     _driven: dict[str, int] = field(default_factory=dict)
-    _turns: dict[Anchor, Turn] = field(default_factory=dict)
+    _turns: dict[Anchor, Orientation] = field(default_factory=dict)
     _numbers: dict[str, int] = field(default_factory=dict)
 
     def gives(self, port: Port) -> bool:
@@ -100,7 +104,12 @@ class Layout:
             self._numbers.update({block: i for i, block in enumerate(self.forms)})
         return self._numbers[name]
 
-    def pieces(self, port: Port) -> list[tuple[Turn | int, Triplets]]:
+    @property
+    def still(self) -> Orientation:
+        """The orientation of the fixed frame."""
+        return standing(self.network.space)
+
+    def pieces(self, port: Port) -> list[tuple[Orientation | int, Triplets]]:
         """Return what a port gives, as rows over all states, each part with where it points.
 
         Parameters
@@ -110,12 +119,12 @@ class Layout:
 
         Returns
         -------
-        list of (Turn or int, Triplets)
+        list of (Turn or Attitude or int, Triplets)
             The orientation of its frame and entries of shape (components, n), or the number of the line it points
             along and entries of shape (1, n).
         """
         name = port.block.name
-        result: list[tuple[Turn | int, Triplets]] = []
+        result: list[tuple[Orientation | int, Triplets]] = []
         for piece in self.forms[name].ports[port.name].pieces:
             output = piece.output.shifted(0, self.first_state[name])
             if piece.line is not None:
@@ -124,7 +133,7 @@ class Layout:
                 result.append((self._frame(name, port.anchor if piece.frame is None else piece.frame), output))
         return result
 
-    def load_pieces(self, port: Port) -> list[tuple[Turn, Triplets]]:
+    def load_pieces(self, port: Port) -> list[tuple[Orientation, Triplets]]:
         """Return what answers a load that a block brings along, as rows over all states.
 
         Parameters
@@ -134,7 +143,7 @@ class Layout:
 
         Returns
         -------
-        list of (Turn, Triplets)
+        list of (Turn or Attitude, Triplets)
             Orientation of the frame and entries of shape (components, n); none for a port that can be joined.
         """
         name = port.block.name
@@ -165,7 +174,7 @@ class Layout:
                 return self.first_state[name] + line.span, 1.0 if port.name == line.end else -1.0
         return None
 
-    def orientation(self, port: Port) -> Turn:
+    def orientation(self, port: Port) -> Orientation:
         """Return the orientation of the anchor of a port.
 
         Parameters
@@ -175,34 +184,64 @@ class Layout:
 
         Returns
         -------
-        Turn
+        Turn or Attitude
             In terms of all rotation states; no turn for a port without anchor.
         """
         return self._orientation(port.anchor)
 
-    def _frame(self, block: str, frame: AngleRows | Anchor | None) -> Turn:
-        return self._turn(block, frame) if isinstance(frame, AngleRows) else self._orientation(frame)
+    def followed(self, exposure: Exposure, port: Port) -> Orientation:
+        """Return the orientation of the frame that what comes from outside has its components in.
 
-    def _turn(self, block: str, angle: AngleRows) -> Turn:
+        Parameters
+        ----------
+        exposure : Exposure
+            From where.
+        port : Port
+            One that it acts on.
+
+        Returns
+        -------
+        Turn or Attitude
+            The fixed frame, unless it follows; then that of the port that was opened if this has a place, else that of
+            the port acted on.
+        """
+        if not exposure.follows:
+            return self.still
+        anchor = exposure.port.anchor
+        placed = anchor is not None and anchor.name in self.forms[anchor.block.name].orientations
+        return self.orientation(exposure.port if placed else port)
+
+    def _frame(self, block: str, frame: AngleRows | Attitude | Anchor | None) -> Orientation:
+        return self._orientation(frame) if frame is None or isinstance(frame, Anchor) else self._turn(block, frame)
+
+    def _turn(self, block: str, angle: AngleRows | Attitude) -> Orientation:
+        if angle is FIXED:
+            return self.still
+        if isinstance(angle, Attitude):
+            if not isinstance(angle.turning, int):
+                return angle
+            first = self.first_state[block] + angle.turning
+            return Attitude(angle.start, self.turning_same.get(first, first))
         places, weights = self.theta_same[self.first_theta[block] + angle.rows.indices[1]], angle.rows.values
         return Turn(tuple(places.tolist()), tuple(weights.tolist()), float(angle.reference[0]))
 
-    def _orientation(self, anchor: Anchor | None) -> Turn:
+    def _orientation(self, anchor: Anchor | None) -> Orientation:
         if anchor is None:
-            return NO_TURN
+            return self.still
         if anchor not in self._turns:
             rows = self.forms[anchor.block.name].orientations[anchor.name]
             self._turns[anchor] = self._taken(anchor) if rows is None else self._turn(anchor.block.name, rows)
         return self._turns[anchor]
 
-    def _taken(self, anchor: Anchor) -> Turn:
+    def _taken(self, anchor: Anchor) -> Orientation:
         """Follow the angular velocity that an anchor takes to its source: it turns with that."""
         junction = self.junction_of[anchor.rotation]
         for port in junction.ports:
             if self.gives(port) and port.anchor is not None:
-                source = self._orientation(port.anchor)
-                return source.shifted(anchor.angle - source.reference)
+                return self._orientation(port.anchor).carrying(anchor)
         name = next(e.name for e in junction.exposures if e.gives)
+        if anchor.frame is not None:
+            return Attitude(anchor.frame, name)
         if name not in self._driven:
             self._driven[name] = self.n_theta
             self.n_theta += 1
@@ -236,11 +275,18 @@ class Layout:
         """
         result = {}
         for anchor, turn in self._turns.items():
+            if not isinstance(turn, Turn):
+                continue
             places = place[np.array(turn.places, dtype=np.int64)]
             if (places != DROPPED).all():
                 turning = places != STILL
                 result[anchor.path] = (places[turning], np.array(turn.weights)[turning], turn.reference)
         return result
+
+    @property
+    def attitudes(self) -> dict[str, Attitude]:
+        """How every anchor stands in space, by its path; none in the plane."""
+        return {anchor.path: turn for anchor, turn in self._turns.items() if isinstance(turn, Attitude)}
 
 
 def lay_out(network: Network, report: CausalityReport) -> Layout:
@@ -281,6 +327,8 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
         return first_state[port.block.name] + piece.output.indices[1]
 
     turning = [team for team in report.shared if team[0].domain == ROTATION]
+    # frames of space are kept by what they turn with; the components of their turns differ if they do
+    alike, teams = (turning, []) if not network.space.turns("rotation") else ([], turning)
     layout = Layout(
         network=network,
         forms=forms,
@@ -296,7 +344,8 @@ def lay_out(network: Network, report: CausalityReport) -> Layout:
         port_gives={a.port: a.gives for a in report.assignments},
         junction_of={port: j for j in network.junctions() for port in j.ports if not port.block.shared},
         teams=report.shared,
-        theta_same=same_turns(turning, coordinates, theta_states),
+        theta_same=same_turns(alike, coordinates, theta_states),
+        turning_same=same_states(teams, coordinates),
     )
     for block in network.blocks.values():
         for anchor in block.anchors.values():

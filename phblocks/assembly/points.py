@@ -9,7 +9,7 @@ import numpy as np
 
 from phblocks.assembly.layout import Layout
 from phblocks.blocks.form import AngleRows
-from phblocks.frames import QUARTER, rotate
+from phblocks.frames import rotate
 from phblocks.triplets import Floats, Triplets
 
 
@@ -104,5 +104,7 @@ class Points:
         else:
             parts = []
         cos = Triplets.of(state, 1 + first_angle + point, values=value * gravity[component])
-        sin = Triplets.of(state, 1 + n_angles + first_angle + point, values=value * (QUARTER.T @ gravity)[component])
+        back = np.zeros_like(gravity)
+        back[:2] = gravity[1], -gravity[0]  # a quarter turn
+        sin = Triplets.of(state, 1 + n_angles + first_angle + point, values=value * back[component])
         return Triplets.join([*parts, cos, sin])

@@ -17,7 +17,7 @@ from phblocks.assembly.layout import Layout
 from phblocks.assembly.points import Points
 from phblocks.blocks.form import CONFIGURATION, Form
 from phblocks.effects import PatternBuilder, Reached, reach
-from phblocks.frames import ROUND_OFF, Turn
+from phblocks.frames import ROUND_OFF, Turn, rotate
 from phblocks.system import Sharing
 from phblocks.triplets import Floats, Ints, Triplets, real_array
 
@@ -344,9 +344,7 @@ def _add_weight(scene: _Scene, points: Points, gravity: Floats, weight: int, fir
     scene.builder.add_edges(theta[place], first_weight + block[point])
     row, state = points.velocity.indices
     at, component = row // gravity.size, row % gravity.size
-    turned = points.angle.reference
-    terms = np.stack([np.cos(turned)[:, None] * gravity, np.sin(turned)[:, None] * gravity[::-1] * (1.0, -1.0)])
-    force = terms.sum(axis=0)
+    force = rotate(-points.angle.reference, gravity)
     force[np.abs(force) <= ROUND_OFF * np.linalg.norm(gravity)] = 0.0
     acting = force[at, component] * points.mass[at] != 0.0
     to = scene.components.of_coordinate[state]

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 
-from phblocks.frames import Turn
+from phblocks.frames import Orientation
 from phblocks.network import Network
 from phblocks.ports import Port
 from phblocks.system import Sharing
@@ -42,8 +42,30 @@ def same_turns(teams: Iterable[Team], coordinates: Callable[[Port], Ints], theta
     return np.array([first.setdefault(int(root[s]), i) for i, s in enumerate(theta_states)], dtype=np.int64)
 
 
+def same_states(teams: Iterable[Team], coordinates: Callable[[Port], Ints]) -> dict[int, int]:
+    """Find the first states of ports that are the same for all of a team, but for a constant rotation.
+
+    Parameters
+    ----------
+    teams : iterable of sequence of Port
+        Ports of rotation that give together.
+    coordinates : callable
+        From a port to the coordinates that it gives.
+
+    Returns
+    -------
+    dict of int to int
+        From the first coordinate of a port to that of the first port of its team.
+    """
+    firsts = [[int(coordinates(port)[0]) for port in team] for team in teams]
+    return {other: first for first, *others in firsts for other in others}
+
+
 def share(
-    teams: Iterable[Team], pieces: Callable[[Port], Sequence[tuple[Turn | int, Triplets]]], network: Network, n: int
+    teams: Iterable[Team],
+    pieces: Callable[[Port], Sequence[tuple[Orientation | int, Triplets]]],
+    network: Network,
+    n: int,
 ) -> Sharing:
     """Number the states of a system whose blocks share some.
 
@@ -77,12 +99,13 @@ def share(
             blocks.append((number[first.block.name], number[port.block.name]))
             (_, i), (_, j) = slave.indices, master.indices
             rank[i] = order[port.block.name]
-            assert isinstance(of, Turn) and isinstance(to, Turn)
-            angle = to.minus(of)
-            if not network.space.turns(port.domain.turns_with) or angle.reference == 0.0:
+            assert not isinstance(of, int) and not isinstance(to, int)
+            angle = to.minus(of)  # type: ignore[arg-type]  # both of one space
+            if not network.space.turns(port.domain.turns_with) or angle.none:
                 equal += zip(j.tolist(), i.tolist(), strict=True)
             else:
-                turned.append(Triplets.of(i[:, None], j[None, :], values=angle.matrix()))
+                row, column = np.nonzero(matrix := angle.matrix())
+                turned.append(Triplets.of(i[row], j[column], values=matrix[row, column]))
     root = _roots(equal, rank)
     follow = np.flatnonzero(root != np.arange(n))
     shared = Triplets.join([Triplets.of(follow, root[follow], values=1.0), *turned])

@@ -73,7 +73,8 @@ class _Place:
         joined = list(junctions)
         made_by = {port: junction.made_by for junction in joined for port in junction.ports}
         ports = list(made_by)
-        imposed = [e for junction in joined for e in junction.exposures if e.gives]
+        # where what follows a frame moves an anchor to depends on how that turns
+        imposed = [e for junction in joined for e in junction.exposures if e.gives and not e.follows]
         # springs and the like follow what they join; the ground is where it is needed
         anchors = dict.fromkeys(
             p.anchor

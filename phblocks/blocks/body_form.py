@@ -192,15 +192,15 @@ class BodyForm(Form):
         """
         return np.zeros((history.x.shape[0], 2))
 
-    def moving(self, velocity: Floats, spin: float, about: Floats) -> Floats:
+    def moving(self, velocity: Floats, spin: Floats, about: Floats) -> Floats:
         """Return the states of a rigid motion; see :meth:`Form.moving`.
 
         Parameters
         ----------
         velocity : numpy.ndarray
             Of the point ``about``, shape (2,), m/s, in the fixed frame.
-        spin : float
-            Angular velocity, rad/s.
+        spin : numpy.ndarray
+            Angular velocity, shape (), rad/s.
         about : numpy.ndarray
             A point, shape (2,), m.
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phblocks.errors import ArgumentTypeError, DataError, StructureError
+from phblocks.errors import ArgumentTypeError, DataError, OrientationError, StructureError
 from phblocks.triplets import Floats, real_array
 
 
@@ -191,20 +191,58 @@ def require_point(where: str, value: ArrayLike) -> Floats:
         If it is not made of numbers.
     DataError
         If it has not two finite coordinates.
+    OrientationError
+        If it has three: the part is one of the plane only.
     """
     point = real_array(value)
     if point is None:
         raise ArgumentTypeError(where, expected="coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
     if point.shape == (3,):
-        raise DataError(where, expected="two coordinates", got="three", fix="This version builds planar diagrams only.")
+        raise OrientationError(
+            where,
+            expected="two coordinates, of a part of the plane",
+            got="three",
+            fix="In space there are beams, sources and the ground: orientations that turn there are not computed yet.",
+        )
     if point.shape != (2,) or not np.isfinite(point).all():
         raise DataError(where, expected="two finite coordinates (x, y)", got=repr(value), fix="Give two numbers in m.")
     point.setflags(write=False)
     return point
 
 
-def require_direction(where: str, value: ArrayLike) -> Floats:
-    """Return a direction in the plane, of length one.
+def require_place(where: str, value: ArrayLike) -> Floats:
+    """Return a point in the plane or in space.
+
+    Parameters
+    ----------
+    where : str
+        What it is, for the message.
+    value : array_like
+        The candidate.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (2,) or (3,), m, read-only.
+
+    Raises
+    ------
+    ArgumentTypeError
+        If it is not made of numbers.
+    DataError
+        If it has not two or three finite coordinates.
+    """
+    point = real_array(value)
+    if point is None or point.shape != (3,):
+        return require_point(where, value)
+    if not np.isfinite(point).all():
+        raise DataError(where, expected="finite coordinates (x, y, z)", got=repr(value), fix="Give numbers in m.")
+    point.setflags(write=False)
+    return point
+
+
+def require_direction(where: str, value: ArrayLike, dimension: int = 2) -> Floats:
+    """Return a direction, of length one.
 
     Parameters
     ----------
@@ -212,23 +250,27 @@ def require_direction(where: str, value: ArrayLike) -> Floats:
         What it is, for the message.
     value : array_like
         The candidate, of any length.
+    dimension : int, optional
+        2 in the plane, 3 in space.
 
     Returns
     -------
     numpy.ndarray
-        Shape (2,).
+        Shape (dimension,).
 
     Raises
     ------
     ArgumentTypeError
         If it is not made of numbers.
     DataError
-        If it has not two finite components, or both are zero.
+        If it has not so many finite components, or all are zero.
     """
-    vector = require_point(where, value)
-    length = float(np.hypot(*vector))
+    vector = require_point(where, value) if dimension == 2 else require_place(where, value)
+    if vector.size != dimension:
+        raise DataError(where, expected=f"{dimension} components", got=repr(value), fix="Correct it.")
+    length = float(np.hypot(*vector)) if dimension == 2 else float(np.linalg.norm(vector))
     if length == 0.0:
-        raise DataError(where, expected="a direction", got="(0, 0)", fix="Correct it.")
+        raise DataError(where, expected="a direction", got=str((0,) * dimension), fix="Correct it.")
     return np.asarray(vector / length)
 
 

@@ -12,6 +12,7 @@ from phblocks.blocks.hold import Hold
 from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
 from phblocks.errors import DataError, UnknownNameError
+from phblocks.frames import Attitude
 from phblocks.ports import Anchor, Place
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -80,15 +81,15 @@ class Piece:
     output : Triplets
         Shape (components, states); what the port takes enters the state equations through the transpose. Along a
         line, one row.
-    frame : AngleRows, Anchor or None
-        Orientation of the frame, one row; that of another anchor of the block; ``None`` for the port's own anchor,
-        :data:`FIXED` for the fixed frame.
+    frame : AngleRows, Attitude, Anchor or None
+        Orientation of the frame, one row; in space its attitude; that of another anchor of the block; ``None`` for the
+        port's own anchor, :data:`FIXED` for the fixed frame.
     line : int or None
         The line of the block along which the output points, if it points along a line.
     """
 
     output: Triplets
-    frame: AngleRows | Anchor | None = None
+    frame: AngleRows | Attitude | Anchor | None = None
     line: int | None = None
 
 
@@ -195,9 +196,9 @@ class Form:
         By name of the port.
     rotation_states : numpy.ndarray
         Indices of the states whose time integrals are the rotation states ``theta`` (zero at the start).
-    orientations : mapping of str to AngleRows or None
-        By name of the anchor, one row; ``None`` where the anchor takes its angular velocity, and with it its
-        orientation, from elsewhere.
+    orientations : mapping of str to AngleRows, Attitude or None
+        By name of the anchor, one row; in space its attitude; ``None`` where the anchor takes its angular velocity, and
+        with it its orientation, from elsewhere.
     points : MaterialPoints or None
         Where the block has mass.
     start : numpy.ndarray or None
@@ -220,6 +221,8 @@ class Form:
     frozen : bool
         Its frames keep their initial orientation, whatever its rotation states say: those are kept only to see how far
         it has turned.
+    unoriented : bool
+        Its frames turn in space, and how they stand then is not known: it has no points, and no weight.
     """
 
     size: int
@@ -230,7 +233,7 @@ class Form:
     T: Triplets
     ports: Mapping[str, PortForm]
     rotation_states: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    orientations: Mapping[str, AngleRows | None] = field(default_factory=dict)
+    orientations: Mapping[str, AngleRows | Attitude | None] = field(default_factory=dict)
     points: MaterialPoints | None = None
     start: Floats | None = None
     lines: Sequence[LineForm] = ()
@@ -240,6 +243,7 @@ class Form:
     storage: Storage | None = None
     modulation: Modulation | None = None
     frozen: bool = False
+    unoriented: bool = False
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0
@@ -373,6 +377,21 @@ class Form:
         """
         raise UnknownNameError("block", expected="a block with orientation", got="none", fix="Ask another block.")
 
+    def attitude(self, place: Place) -> Attitude | None:
+        """Tell how a place of the block stands in space.
+
+        Parameters
+        ----------
+        place : Place
+            Where on the block.
+
+        Returns
+        -------
+        Attitude or None
+            ``None`` in the plane.
+        """
+        return None
+
     def position(self, history: History, place: Place) -> Floats:
         """Read the position integrated from velocities.
 
@@ -417,15 +436,15 @@ class Form:
         """
         raise UnknownNameError("block", expected="a block with extension", got="none", fix="Ask another block.")
 
-    def moving(self, velocity: Floats, spin: float, about: Floats) -> Floats:
+    def moving(self, velocity: Floats, spin: Floats, about: Floats) -> Floats:
         """Return the states of a rigid motion from the initial configuration.
 
         Parameters
         ----------
         velocity : numpy.ndarray
             Of the point ``about``, shape (dimension,), m/s, in the fixed frame.
-        spin : float
-            Angular velocity, rad/s.
+        spin : numpy.ndarray
+            Angular velocity, rad/s, shape () in the plane and (3,) in space, in the fixed frame.
         about : numpy.ndarray
             A point, shape (dimension,), m.
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from phblocks.blocks.block import Block, PortChoice, Replacement, Tie
-from phblocks.blocks.form import AngleRows, Form, PortForm
+from phblocks.blocks.form import FIXED, Form, PortForm
 from phblocks.ports import Anchor
 from phblocks.space import Space
 from phblocks.triplets import Triplets
@@ -95,5 +93,5 @@ class Ground(Block):
             R=none,
             T=Triplets.empty(3),
             ports={port.name: PortForm(True, ()) for port in self.anchor.ports},
-            orientations={"anchor": AngleRows(none, np.zeros(1))},
+            orientations={"anchor": FIXED},
         )

@@ -29,7 +29,8 @@ def reduced(form: Form, kept: Approximation, angles: Mapping[str, float]) -> For
     Form
         The very same object if nothing is left out.
     """
-    if kept.large_rotation is False and (form.T.values.size or form.rotation_states.size or form.lines):
+    turns = bool(form.T.values.size or form.rotation_states.size or form.lines) and not form.frozen
+    if kept.large_rotation is False and turns:
         form = frozen(form, angles)
     if not kept.gravity and form.points is not None:
         form = replace(form, points=replace(form.points, weighs=False))
@@ -58,7 +59,7 @@ def frozen(form: Form, angles: Mapping[str, float]) -> Form:
         T=Triplets.empty(3),
         ports={name: replace(port, pieces=_held(form, port.pieces)) for name, port in form.ports.items()},
         orientations={
-            name: _constant(np.array([angles[name]]) if rows is None else rows.reference)
+            name: _constant(rows.reference if isinstance(rows, AngleRows) else np.array([angles[name]]))
             for name, rows in form.orientations.items()
         },
         points=None if form.points is None else replace(form.points, angle=_constant(form.points.angle.reference)),

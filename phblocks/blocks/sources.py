@@ -18,10 +18,17 @@ from phblocks.blocks.circuit import require_scalar_domain
 from phblocks.blocks.form import Form, PortForm
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import ELECTRICAL, ROTATION, TRANSLATION, Domain, Exposure
-from phblocks.space import PLANAR, Space
+from phblocks.space import PLANAR, SPATIAL, Space
 from phblocks.triplets import Triplets, real_array
 
 Signal = Callable[[float], ArrayLike] | ArrayLike
+
+#: Of a constant, by what it turns with: its shapes, and how they are called.
+SHAPES: dict[str | None, tuple[Sequence[tuple[int, ...]], str]] = {
+    None: (((), (1,)), "a number, or a function of time"),
+    "translation": (((2,), (3,)), "two numbers (in space three), or a function of time"),
+    "rotation": (((), (1,), (3,)), "a number (in space three), or a function of time"),
+}
 
 
 class _Source(Lumped):
@@ -36,19 +43,21 @@ class _Source(Lumped):
         self.port = self._add_port("port", domain)
 
     def _constant(self, domain: Domain, value: ArrayLike) -> ArrayLike:
-        where, shape = f"{type(self).__name__} {self.name!r}", domain.turns_with == "translation"
-        expected = "two numbers, or a function of time" if shape else "a number, or a function of time"
+        where = f"{type(self).__name__} {self.name!r}"
+        shapes, expected = SHAPES[domain.turns_with]
         array = real_array(value)
         if array is None:
             raise ArgumentTypeError(where, expected=expected, got=repr(value), fix="Give SI units.")
-        if array.shape not in ([(2,)] if shape else [(), (1,)]) or not np.isfinite(array).all():
+        if array.shape not in shapes or not np.isfinite(array).all():
             raise DataError(where, expected=expected, got=repr(value), fix="Give finite numbers in SI units.")
         return array
 
     @property
     def space(self) -> Space | None:
-        """The plane for what is mechanical."""
-        return PLANAR if self.port.domain.turns_with else None
+        """That of a constant, for what is mechanical; any for a function of time."""
+        if self.port.domain.turns_with is None or callable(self.signal):
+            return None
+        return SPATIAL if np.size(self.signal) == SPATIAL.dimension else PLANAR
 
     def form(self, gives: Mapping[str, bool]) -> Form:
         """Reduce the source to no states at all.
@@ -86,7 +95,7 @@ class Force(_Source):
     name : str
         Unique in the diagram.
     force : array_like or callable
-        (x, y), N, or a function of time, s, that returns it.
+        (x, y), N, in space (x, y, z), or a function of time, s, that returns it.
     follows : bool, optional
         The components are along and across the material frame of the part that gives velocity there, and turn
         with it; by default they are in the fixed frame.
@@ -117,8 +126,11 @@ class Moment(_Source):
     ----------
     name : str
         Unique in the diagram.
-    moment : float or callable
-        N m, or a function of time, s, that returns it.
+    moment : float, array_like or callable
+        N m, in space (x, y, z), or a function of time, s, that returns it.
+    follows : bool, optional
+        In space: the components are along the axes of the material frame of the part that gives angular velocity
+        there, and turn with it; by default they are in the fixed frame.
 
     Attributes
     ----------
@@ -135,19 +147,22 @@ class Moment(_Source):
 
     _gives = False
 
-    def __init__(self, name: str, moment: Signal) -> None:
-        super().__init__(name, ROTATION, moment)
+    def __init__(self, name: str, moment: Signal, follows: bool = False) -> None:
+        super().__init__(name, ROTATION, moment, follows)
 
 
 class Velocity(_Source):
-    """A prescribed velocity of what it is joined to, in the fixed frame.
+    """A prescribed velocity of what it is joined to.
 
     Parameters
     ----------
     name : str
         Unique in the diagram.
     velocity : array_like or callable
-        (x, y), m/s, or a function of time, s, that returns it.
+        (x, y), m/s, in space (x, y, z), or a function of time, s, that returns it.
+    follows : bool, optional
+        The components are along the axes of the material frame of the first part that it moves, and turn with it; by
+        default they are in the fixed frame.
 
     Attributes
     ----------
@@ -164,8 +179,8 @@ class Velocity(_Source):
 
     _gives = True
 
-    def __init__(self, name: str, velocity: Signal) -> None:
-        super().__init__(name, TRANSLATION, velocity)
+    def __init__(self, name: str, velocity: Signal, follows: bool = False) -> None:
+        super().__init__(name, TRANSLATION, velocity, follows)
 
 
 class AngularVelocity(_Source):
@@ -175,8 +190,11 @@ class AngularVelocity(_Source):
     ----------
     name : str
         Unique in the diagram.
-    angular_velocity : float or callable
-        rad/s, or a function of time, s, that returns it.
+    angular_velocity : float, array_like or callable
+        rad/s, in space (x, y, z), or a function of time, s, that returns it.
+    follows : bool, optional
+        In space: the components are along the axes of the material frame of the first part that it turns, and turn
+        with it; by default they are in the fixed frame.
 
     Attributes
     ----------
@@ -193,8 +211,8 @@ class AngularVelocity(_Source):
 
     _gives = True
 
-    def __init__(self, name: str, angular_velocity: Signal) -> None:
-        super().__init__(name, ROTATION, angular_velocity)
+    def __init__(self, name: str, angular_velocity: Signal, follows: bool = False) -> None:
+        super().__init__(name, ROTATION, angular_velocity, follows)
 
 
 class Voltage(_Source):

@@ -32,6 +32,7 @@ from phblocks.causality.meetings import Meeting, mounted
 from phblocks.causality.wording import enumerated
 from phblocks.network import Network
 from phblocks.ports import ROTATION, TRANSLATION, Port
+from phblocks.space import PLANAR
 
 if TYPE_CHECKING:
     from phblocks.causality.report import CausalityReport
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 TRIES = 16
 #: Kinds of changes that only add: many can be made at once, one for each conflict.
 ADDITIVE = {"compliance", "mass", "multiplier", "ground"}
+#: Kinds of changes that put in parts of the plane.
+FLAT = {"compliance", "mass", "multiplier"}
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,7 @@ def _kinds(
     network: Network, forms: Forms, conflict: Conflict, known: Collection[str]
 ) -> dict[str, Callable[[], Iterator[Step]]]:
     """For each kind of change what makes those for a conflict, when it is asked for."""
-    return {
+    kinds: dict[str, Callable[[], Iterator[Step]]] = {
         "alternative": lambda: _alternatives(conflict),
         "merge": lambda: _merges(network, conflict),
         "compliance": lambda: _compliances(network, forms, conflict, known),
@@ -135,6 +138,9 @@ def _kinds(
         "multiplier": lambda: _multipliers(network, conflict),
         "opening": lambda: _openings(network, conflict),
         "ground": lambda: _groundings(network, conflict),
+    }
+    return {
+        kind: make if network.space == PLANAR or kind not in FLAT else lambda: iter(()) for kind, make in kinds.items()
     }
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from phblocks.blocks.block import BlockPoint
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.ports import Anchor
+from phblocks.results.attitudes import require_frames
 from phblocks.results.solution import Solution
 from phblocks.triplets import Floats, Ints
 
@@ -49,13 +50,16 @@ def motion(
     Returns
     -------
     matplotlib.axes.Axes
-        Coordinates x and y in m, at equal scale: the initial configuration dashed, one line for each time (with
-        gaps between the blocks), one for each path, triangles where the mechanism is joined to the ground.
+        Coordinates x and y in m, at equal scale (what is in space is seen along z): the initial configuration dashed,
+        one line for each time (with gaps between the blocks), one for each path, triangles where the mechanism is
+        joined to the ground.
 
     Raises
     ------
     DataError
         If a time is outside the run, or no block of the system has an extension.
+    OrientationError
+        If a block turns in space: where it is then is not computed yet.
     ArgumentTypeError
         If it is not a solution, or a path not a point.
     """
@@ -143,9 +147,10 @@ def _nearest(t: Floats, times: ArrayLike | None) -> Ints:
 
 
 def _shapes(solution: Solution) -> Floats:
-    """Places along all blocks, with NaN between blocks, shape (times, places, 2)."""
+    """Places along all blocks, with NaN between blocks, shape (times, places, dimension)."""
     lines = []
     for part in solution.system.parts:
+        require_frames([part], "picture")
         if part.form.points is not None:
             lines += [solution.position(part.name, s) for s in part.form.outline()]
             lines.append(np.full_like(lines[-1], np.nan))
@@ -157,6 +162,6 @@ def _shapes(solution: Solution) -> Floats:
 
 
 def _joints(solution: Solution) -> Floats:
-    """Where anchors are joined, shape (times, joints, 2)."""
+    """Where anchors are joined, shape (times, joints, dimension)."""
     spots = [solution.position(*site.places[0]) for site in solution.system.sites if site.places]
     return np.stack(spots, axis=1) if spots else np.empty((solution.t.size, 0, 2))

@@ -1,4 +1,7 @@
-"""What moves in a picture of a run: lines through the deformed blocks, joints, trails, and their colours."""
+"""What moves in a picture of a run: lines through the deformed blocks, joints, trails, and their colours.
+
+What is in space is seen along z.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,7 @@ from phblocks.blocks.form import Profile
 from phblocks.causality import CausalityReport
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.ports import Anchor
+from phblocks.results.attitudes import require_frames
 from phblocks.results.kinematics import history_of
 from phblocks.results.solution import Solution
 from phblocks.system import Part
@@ -164,6 +168,8 @@ def make_scene(
         If the colour is unknown, or no block has an extension.
     ArgumentTypeError
         If a trail is not a point.
+    OrientationError
+        If a block turns in space: where it is then is not computed yet.
     """
     if colour is not None and colour not in UNITS:
         raise DataError("animation colour", expected='"moment", "energy" or None', got=repr(colour), fix="Choose one.")
@@ -174,13 +180,13 @@ def make_scene(
             "animation", expected="a block with an extension, such as a beam", got="none", fix="Plot the states."
         )
     sites = [site for site in shown.system.sites if site.places]
-    spots = [shown.position(*site.places[0]) for site in sites]
-    fixed = [site.start for site in shown.system.sites if site.known and not site.inputs]
+    spots = [shown.position(*site.places[0])[:, :2] for site in sites]
+    fixed = [site.start[:2] for site in shown.system.sites if site.known and not site.inputs]
     if trails is None:
         paths = {s.name: p for s, p in zip(sites, spots, strict=True) if not s.known}
         paths = dict(list(paths.items())[:6])
     else:
-        paths = {_name(point): shown.position(point) for point in trails}
+        paths = {_name(point): shown.position(point)[:, :2] for point in trails}
     return Scene(
         name=solution.system.name,
         t=shown.t,
@@ -204,13 +210,15 @@ def _name(point: object) -> str:
 
 def _lines(solution: Solution, part: Part, colour: Profile | None) -> list[Line]:
     """A block with an outline is a line through it; one that acts along a line is that line."""
+    require_frames([part], "picture")
     form, places = part.form, part.form.outline()
     if form.points is not None and places:
         history = history_of(solution.system, solution.recording, part)
         if len(places) == 1:  # a point: a line of no length, which round ends make a dot
             places = (*places, *places)
         values = None if colour is None else form.profile(history, colour, places)
-        return [Line(part.name, np.stack([solution.position(part.name, s) for s in places], axis=1), values)]
+        where = np.stack([solution.position(part.name, s)[:, :2] for s in places], axis=1)
+        return [Line(part.name, where, values)]
     x = solution.system.sharing.of_block(solution.recording.x, part.states)
     found = []
     for line in form.lines:

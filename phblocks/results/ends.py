@@ -13,7 +13,7 @@ import numpy as np
 from phblocks.blocks.form import AngleRows, Piece
 from phblocks.causality import Assignment, CausalityReport
 from phblocks.frames import rotate
-from phblocks.ports import Port
+from phblocks.ports import Anchor, Port
 from phblocks.results.recording import Recording
 from phblocks.system import DROPPED, STILL, Part, System
 from phblocks.triplets import Floats
@@ -61,7 +61,7 @@ class Ends:
         return None
 
     def common(self, port: Port) -> Floats | None:
-        """Return the common quantity (velocity) at a port, in the fixed frame.
+        """Return the common quantity (velocity) at a port, in the fixed frame; see :meth:`_piece` for space.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class Ends:
         return self._given(givers, self._components(port)) if givers else None
 
     def summed(self, port: Port) -> Floats | None:
-        """Return the summed quantity (force) on the block at a port, in the fixed frame.
+        """Return the summed quantity (force) on the block at a port, in the fixed frame; see :meth:`_piece` for space.
 
         Parameters
         ----------
@@ -101,7 +101,7 @@ class Ends:
         return None if total is None else -total
 
     def _components(self, port: Port) -> int:
-        return self._system.dimension if port.domain.turns_with == "translation" else 1
+        return len(port.domain.components(self._system.space))
 
     def _others(self, here: Assignment) -> list[Assignment]:
         """The other ports of a junction; the ground's, which is in many, is known to give."""
@@ -120,6 +120,7 @@ class Ends:
         return total
 
     def _piece(self, port: Port, part: Part, piece: Piece, components: int) -> Floats | None:
+        """What a piece gives, in the fixed frame; in space in that frame turned as all ports of the junction have."""
         form, recording = part.form, self._recording
         x = self._system.sharing.of_block(recording.x, part.states)
         if piece.line is not None:
@@ -129,11 +130,15 @@ class Ends:
             along = (piece.output.csr((1, form.size)) @ x.T).T
             return np.asarray(along * span / length[:, None])
         local = (piece.output.csr((components, form.size)) @ x.T).T
-        if components == 1:
+        if not self._system.space.turns(port.domain.turns_with):
             return np.asarray(local)
         frame = port.anchor if piece.frame is None else piece.frame
+        if self._system.attitudes:
+            return np.asarray(
+                local @ self._system.attitudes[frame.path].start.T if isinstance(frame, Anchor) else local
+            )
         if not isinstance(frame, AngleRows):
-            assert frame is not None
+            assert isinstance(frame, Anchor)
             known = self._system.anchor_angles.get(frame.path)
             if known is None:
                 return None

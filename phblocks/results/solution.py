@@ -15,8 +15,9 @@ from phblocks.blocks.block import Block, BlockPoint
 from phblocks.blocks.checks import is_one_of, require_real
 from phblocks.blocks.form import History, Profile
 from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, UnknownNameError
-from phblocks.frames import rotate
+from phblocks.frames import Attitude, rotate
 from phblocks.ports import Anchor, Place
+from phblocks.results.attitudes import in_frame, require_frames
 from phblocks.results.ends import Ends
 from phblocks.results.kinematics import Base, bases, history_of
 from phblocks.results.labels import Labels
@@ -141,7 +142,7 @@ class Solution(Readings):
         Returns
         -------
         numpy.ndarray
-            Shape (times, 2), m, in the fixed frame.
+            Shape (times, dimension), m, in the fixed frame.
 
         Raises
         ------
@@ -149,8 +150,11 @@ class Solution(Readings):
             If ``s`` is not a place on the block or the source is unknown.
         UnknownNameError
             If the block is not in the system, or positions were not tracked.
+        OrientationError
+            If the block turns in space.
         """
         part, place = self._target(target, s)
+        require_frames([part], "position")
         history = self._history(part)
         if source is None:
             source = "velocity" if history.points is not None else "strain"
@@ -212,7 +216,12 @@ class Solution(Readings):
         Returns
         -------
         numpy.ndarray
-            Shape (times, 2), m/s.
+            Shape (times, dimension), m/s.
+
+        Raises
+        ------
+        OrientationError
+            If components in the fixed frame are asked for of what turns in space.
         """
         part, place = self._target(target, s)
         port = self._ends.port(part, place, "translation")
@@ -240,19 +249,22 @@ class Solution(Readings):
         Returns
         -------
         numpy.ndarray
-            Shape (times, 2), N: what the part towards the end does to the part towards the start.
+            Shape (times, dimension), N: what the part towards the end does to the part towards the start.
+
+        Raises
+        ------
+        OrientationError
+            If components in the fixed frame are asked for of what turns in space.
         """
         part, place = self._target(target, s)
-        history = self._history(part)
         sign, port = part.form.cut_sign(place), self._ends.port(part, place, "translation")
         known = None if sign is None or port is None else self._ends.summed(port)
         if known is not None and sign is not None:
             return self._from_fixed(sign * known, target, s, frame)
-        material = np.stack([part.form.value(history, f"N{i}", place) for i in (1, 2)], axis=1)
-        return self._turned(material, target, s, frame)
+        return self._turned(self._components(part, place, "N"), target, s, frame)
 
     def moment(self, target: Target, s: Place | None = None) -> Floats:
-        """Return the internal bending moment of a beam.
+        """Return the internal bending moment of a beam; in space also the twisting one.
 
         At an end it is what the joint there transmits. Elsewhere, where the moment is discontinuous (towards an end
         that takes moment), it is a polynomial of degree k - 1 in each element: at degree 1 a constant, which is off by
@@ -268,14 +280,14 @@ class Solution(Readings):
         Returns
         -------
         numpy.ndarray
-            Shape (times,), N m.
+            Shape (times,), N m; in space (times, 3), in the material frame.
         """
         part, place = self._target(target, s)
         sign, port = part.form.cut_sign(place), self._ends.port(part, place, "rotation")
         known = None if sign is None or port is None else self._ends.summed(port)
         if known is not None and sign is not None:
-            return sign * known[:, 0]
-        return part.form.value(self._history(part), "M3", place)
+            return _alone(self._from_fixed(sign * known, target, s, "material", "rotation"))
+        return _alone(self._components(part, place, "M"))
 
     def spin(self, target: Target, s: Place | None = None) -> Floats:
         """Return the angular velocity of a cross section.
@@ -290,12 +302,14 @@ class Solution(Readings):
         Returns
         -------
         numpy.ndarray
-            Shape (times,), rad/s.
+            Shape (times,), rad/s; in space (times, 3), in the material frame.
         """
         part, place = self._target(target, s)
         port = self._ends.port(part, place, "rotation")
         known = None if port is None else self._ends.common(port)
-        return part.form.value(self._history(part), "W3", place) if known is None else known[:, 0]
+        if known is None:
+            return _alone(self._components(part, place, "W"))
+        return _alone(self._from_fixed(known, target, s, "material", "rotation"))
 
     def closure(self, source: Source = "strain") -> Mapping[str, Floats]:
         """Return the gap of every joint: joints are closed in velocity, not in position.
@@ -312,7 +326,13 @@ class Solution(Readings):
         mapping of str to numpy.ndarray
             For each joint the largest distance between what it joins, shape (times,), m; by the anchors, a slider by
             its name.
+
+        Raises
+        ------
+        OrientationError
+            If a block turns in space.
         """
+        require_frames(self.system.parts, "closure")
         gaps = {}
         for site in self.system.sites:
             spots = self._spots(site, source)
@@ -405,15 +425,41 @@ class Solution(Readings):
             spots.append(np.broadcast_to(site.start + moved, (self.t.size, site.start.size)))
         return spots
 
-    def _from_fixed(self, vector: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
-        """Components in the frame asked for, of a vector in the fixed one."""
+    def _components(self, part: Part, place: Place, field: str) -> Floats:
+        """A field in the material frame, shape (times, components)."""
+        space, history = self.system.space, self._history(part)
+        directions = space.translation if field in "VN" else space.rotation
+        return np.stack([part.form.value(history, f"{field}{d + 1}", place) for d in directions], axis=1)
+
+    def _from_fixed(
+        self, vector: Floats, target: Target, s: Place | None, frame: Frame, kind: str = "translation"
+    ) -> Floats:
+        """Components in the frame asked for, of a vector in the fixed one, as a port gives it."""
         self._require_frame(frame)
-        return vector if frame == "fixed" else rotate(-self.angle(target, s), vector)
+        attitude = self._attitude(target, s)
+        if attitude is not None:
+            return in_frame(vector @ attitude.start, attitude, frame)
+        if frame == "fixed" or not self.system.space.turns(kind):
+            return vector
+        return rotate(-self.angle(target, s), vector)
 
     def _turned(self, material: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
         """Components in the frame asked for, of a vector in the material one."""
         self._require_frame(frame)
+        attitude = self._attitude(target, s)
+        if attitude is not None:
+            return in_frame(material, attitude, frame)
         return material if frame == "material" else rotate(self.angle(target, s), material)
+
+    def _attitude(self, target: Target, s: Place | None) -> Attitude | None:
+        """How a place stands in space, at an end as what it is joined to lets it; ``None`` in the plane."""
+        if not self.system.attitudes:
+            return None
+        part, place = self._target(target, s)
+        port = self._ends.port(part, place, "translation")
+        if port is not None and port.anchor is not None and port.anchor.path in self.system.attitudes:
+            return self.system.attitudes[port.anchor.path]
+        return part.form.attitude(place)
 
     @staticmethod
     def _require_frame(frame: object) -> None:
@@ -474,3 +520,8 @@ class Solution(Readings):
         if s is None:
             raise DataError(f"place on {part.name!r}", expected="s", got="none", fix="Give the place on the block.")
         return part, part.form.place(s, f"place on {part.name!r}")
+
+
+def _alone(values: Floats) -> Floats:
+    """A series of numbers if there is one component."""
+    return values[:, 0] if values.shape[1] == 1 else values

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from phblocks.blocks.form import FIXED, NO_ENERGY, AngleRows, History, Piece
 from phblocks.errors import MethodError
-from phblocks.frames import rotate
+from phblocks.frames import Attitude, rotate
 from phblocks.ports import Port
 from phblocks.system import Part, State, System
 from phblocks.system.scaling import state_scale
@@ -77,12 +77,19 @@ class Loops:
     Raises
     ------
     MethodError
-        If a loop has no joint where it could be closed.
+        If a loop has no joint where it could be closed, or the diagram is spatial.
     """
 
     def __init__(self, system: System) -> None:
         from scipy.linalg import null_space
 
+        if system.dimension != 2:
+            raise MethodError(
+                f"Projection for system {system.name!r}",
+                expected="a planar diagram",
+                got="a spatial one, whose joints do not turn",
+                fix="Leave out the projection: joints of a linear scene open by round-off only.",
+            )
         self.system = system
         self._parts = {part.name: part for part in system.parts}
         self._places = [
@@ -215,6 +222,7 @@ class Loops:
         if isinstance(frame, AngleRows):
             rows = frame.rows.csr((frame.reference.size, gate.part.theta.size))
             return np.asarray((frame.reference + rows @ gate.part.turned(theta[None])[0])[0])
+        assert not isinstance(frame, Attitude)  # of space
         places, weights, reference = self.system.anchor_angles[frame.path]
         return np.asarray(reference if gate.part.form.frozen else reference + theta[places] @ weights)
 

@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 
 
 def rigid_motion(
-    system: System, velocity: ArrayLike, spin: float, about: ArrayLike, blocks: Sequence[str] | None
+    system: System,
+    velocity: ArrayLike | None,
+    spin: ArrayLike | None,
+    about: ArrayLike | None,
+    blocks: Sequence[str] | None,
 ) -> State:
     """Make a start that moves as a rigid body; see :meth:`System.rigid_motion`.
 
@@ -25,12 +29,12 @@ def rigid_motion(
     ----------
     system : System
         The system.
-    velocity : array_like
-        Of the point ``about``, shape (dimension,), m/s, in the fixed frame.
-    spin : float
-        Angular velocity, rad/s.
-    about : array_like
-        A point, shape (dimension,), m.
+    velocity : array_like or None
+        Of the point ``about``, shape (dimension,), m/s, in the fixed frame; zero if ``None``.
+    spin : array_like or None
+        Angular velocity, rad/s, shape () in the plane and (3,) in space; zero if ``None``.
+    about : array_like or None
+        A point, shape (dimension,), m; the origin if ``None``.
     blocks : sequence of str or None
         Names of the blocks that move; all if ``None``.
 
@@ -51,11 +55,11 @@ def rigid_motion(
         If it moves what is left out (``system.effects``).
     """
     v, c, w = (
-        _require(f"rigid_motion {name}", value, shape)
+        np.zeros(shape) if value is None else _require(f"rigid_motion {name}", value, shape)
         for name, value, shape in (
             ("velocity", velocity, (system.dimension,)),
             ("about", about, (system.dimension,)),
-            ("spin", spin, ()),
+            ("spin", spin, (3,) if system.space.turns("rotation") else ()),
         )
     )
     if blocks is not None and (isinstance(blocks, str) or not isinstance(blocks, Sequence)):
@@ -64,7 +68,7 @@ def rigid_motion(
         )
     x = system.sharing.expand(system.start.x).copy()
     for part in system.parts if blocks is None else [system.part(name) for name in blocks]:
-        x[part.states] += part.form.moving(v, float(w), c)
+        x[part.states] += part.form.moving(v, w, c)
     states = system.pruning.restricted(system, x[system.pruning.coordinates], "rigid_motion")
     return State(states, system.start.theta, system.start.points)
 

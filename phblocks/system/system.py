@@ -35,7 +35,9 @@ from phblocks.errors import UnknownNameError
 from phblocks.export import Matrices, write
 from phblocks.export.pymor import to_pymor
 from phblocks.export.scipy import to_scipy
+from phblocks.frames import Attitude
 from phblocks.modes import Modes, find_modes
+from phblocks.space import Space, space_of
 from phblocks.system.angles import Angles
 from phblocks.system.constraints import find_constraints
 from phblocks.system.linearization import Linearization, energy_variables, linearize, small_motions
@@ -101,6 +103,8 @@ class System:
         Where they are joined across some directions only.
     anchor_angles : mapping of str to (numpy.ndarray, numpy.ndarray, float)
         Orientation of each anchor: places in theta, weights, initial angle (rad).
+    attitudes : mapping of str to Attitude
+        In space: how each anchor stands at the start, and what it turns with.
     point_mass : numpy.ndarray
         Mass of each tracked material point, shape (n_points,), kg.
     point_velocity : scipy.sparse.csr_array
@@ -146,6 +150,7 @@ class System:
     sites: tuple[Site, ...]
     guides: tuple[Guide, ...]
     anchor_angles: dict[str, tuple[Ints, Floats, float]]
+    attitudes: dict[str, Attitude]
     point_mass: Floats
     point_velocity: sp.csr_array
     point_angles: Angles
@@ -193,6 +198,11 @@ class System:
             phi, shape (n_features,) or (n_features, m).
         """
         return np.concatenate([self.angles.features(theta), self.lines.directions(theta, x)])
+
+    @property
+    def space(self) -> Space:
+        """Planar or spatial."""
+        return space_of(self.dimension)
 
     @cached_property
     def prepared(self) -> dict[Hashable, object]:
@@ -641,9 +651,9 @@ class System:
 
     def rigid_motion(
         self,
-        velocity: ArrayLike = (0.0, 0.0),
-        spin: float = 0.0,
-        about: ArrayLike = (0.0, 0.0),
+        velocity: ArrayLike | None = None,
+        spin: ArrayLike | None = None,
+        about: ArrayLike | None = None,
         blocks: Sequence[str] | None = None,
     ) -> State:
         """Make a start that moves as a rigid body, from the initial configuration.
@@ -651,11 +661,11 @@ class System:
         Parameters
         ----------
         velocity : array_like, optional
-            Of the point ``about``, shape (dimension,), m/s, in the fixed frame.
-        spin : float, optional
-            Angular velocity, rad/s.
+            Of the point ``about``, shape (dimension,), m/s, in the fixed frame; zero by default.
+        spin : array_like, optional
+            Angular velocity, rad/s: a number in the plane, shape (3,) in space, in the fixed frame; zero by default.
         about : array_like, optional
-            A point, shape (dimension,), m.
+            A point, shape (dimension,), m; the origin by default.
         blocks : sequence of str, optional
             Names of the blocks that move; all by default, the others are at rest.
 

@@ -10,6 +10,7 @@ import argparse
 import statistics
 import sys
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
@@ -72,11 +73,26 @@ def half_at_rest(elements: int) -> ph.Diagram:
     return d
 
 
+def spatial(force: tuple[float, float, float] | None, elements: int) -> ph.Diagram:
+    """Act on a cantilever in space in its own frame: by a force, or a moment about its axis."""
+    d = ph.Diagram("spatial")
+    beam = d.add(ph.Beam("beam", BAR, (0.0, 0.0, 0.0), (2.0, 0.0, 0.0), elements))
+    d.weld(d.ground, beam.start)
+    if force is None:
+        d.connect(beam.end.rotation, d.add(ph.Moment("M", (10.0, 0.0, 0.0), follows=True)).port)
+    else:
+        d.connect(beam.end.translation, d.add(ph.Force("F", force, follows=True)).port)
+    return d
+
+
 SCENES: dict[str, Callable[[int], ph.Diagram]] = {
     "pulled bar": rod,
     "hanging bars": hanging,
     "turned shaft": shaft,
     "one of two linkages": half_at_rest,
+    "in space, pulled": partial(spatial, (1e3, 0.0, 0.0)),
+    "in space, twisted": partial(spatial, None),
+    "in space, bent in a plane": partial(spatial, (0.0, 1e3, 0.0)),
 }
 
 

@@ -143,7 +143,7 @@ def test_zero_length():
 @pytest.mark.parametrize(
     ("value", "error", "expected"),
     [
-        ((1.0, 2.0, 3.0), DataError, "planar diagrams only"),
+        ((1.0, 2.0, math.nan), DataError, "finite coordinates"),
         ((1.0,), DataError, "two finite coordinates"),
         ((math.nan, 0.0), DataError, "two finite coordinates"),
         ((0.0, -math.inf), DataError, "two finite coordinates"),

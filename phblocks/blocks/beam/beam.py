@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -13,23 +12,23 @@ from numpy.typing import ArrayLike
 from phblocks.approximation import Approximation, require_approximation
 from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.ends import END_NAMES, ENDS, End, parse_causality
-from phblocks.blocks.beam.form import BeamForm, beam_form, fraction
+from phblocks.blocks.beam.form import BeamForm, beam_form
+from phblocks.blocks.beam.interpolation import fraction
 from phblocks.blocks.beam.load import LINE, LineLoad, require_loads
 from phblocks.blocks.beam.mesh import Mesh, Segment, number_states
 from phblocks.blocks.beam.omission import COMPONENTS, STRAINS, kept_coefficients, states
+from phblocks.blocks.beam.placement import Placement, fractions_of
 from phblocks.blocks.beam.rigid import RigidBeamForm, RigidLine, rigid_form
 from phblocks.blocks.beam.section import Section
+from phblocks.blocks.beam.spatial import SpatialBeamForm, spatial_form
 from phblocks.blocks.beam.tensors import Variant, component_index
 from phblocks.blocks.block import Alternative, Block, BlockPoint, PortChoice, Rigid, Tie
-from phblocks.blocks.checks import require_point, require_positive, require_real
+from phblocks.blocks.checks import require_real
 from phblocks.blocks.form import Form
-from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.errors import ArgumentTypeError, DataError, OrientationError
 from phblocks.ports import Anchor, Exposure, Port
 from phblocks.space import PLANAR, Space
-from phblocks.triplets import Floats, Ints, real_array
-
-#: More elements than this are a mistake, and would fill the memory before anybody noticed.
-MOST_ELEMENTS = 1_000_000
+from phblocks.triplets import Floats, Ints
 
 
 class Beam(Block):
@@ -47,7 +46,8 @@ class Beam(Block):
     section : Section
         Stiffness and inertia.
     start, end : array_like
-        Initial places of the two ends, shape (2,), m.
+        Initial places of the two ends, shape (2,), m; of shape (3,) they make a spatial beam, with all twelve
+        components.
     elements : int or array_like
         Number of elements of equal length, or the element boundaries as fractions of the length, from 0 to 1.
     degree : int, optional
@@ -68,12 +68,17 @@ class Beam(Block):
         Forces per length; none by default.
     approximation : Approximation, optional
         What is left out in this beam, whatever is left out in the rest of the diagram.
+    normal : array_like, optional
+        Of a spatial beam: the direction that axis 3 of the cross sections is as near to as it can be, shape (3,); by
+        default (0, 0, 1), and (1, 0, 0) for a beam along z. The curvature is about axis 3.
 
     Raises
     ------
     DataError
         If a number is out of its range: coinciding ends, no elements, degree < 1, a radius that does not span
-        the ends.
+        the ends; or the section of a spatial beam has no torsional stiffness.
+    SpaceError
+        If the ends have different numbers of coordinates, or a planar beam has a normal.
     ArgumentTypeError
         If an argument is of the wrong kind.
 
@@ -97,6 +102,7 @@ class Beam(Block):
         damping: Damping | None = None,
         loads: LineLoad | Sequence[LineLoad] = (),
         approximation: Approximation | None = None,
+        normal: ArrayLike | None = None,
     ) -> None:
         super().__init__(name)
         if not isinstance(section, Section):
@@ -127,16 +133,12 @@ class Beam(Block):
         self.section = section
         self.damping = damping
         self.approximation = require_approximation(f"Beam {name!r} approximation", approximation)
-        self.loads = require_loads(f"Beam {name!r} loads", loads)
-        self._load_ports = {f"load {load.name}": Port(self, f"load {load.name}", LINE) for load in self.loads}
         self.degree = int(degree)
-        self._start, self._end = (require_point(f"Beam {name!r} {w}", p) for w, p in (("start", start), ("end", end)))
-        chord = self._end - self._start
-        require_positive(f"Beam {name!r} length (distance from start to end)", float(np.hypot(*chord)))
-        self.curvature = _curvature(name, curvature, float(np.hypot(*chord)))
-        self.length = _arc_length(self.curvature, float(np.hypot(*chord)))
-        self.start_angle = math.atan2(chord[1], chord[0]) - 0.5 * self.curvature * self.length
-        self.boundaries = _fractions(name, elements) * self.length
+        self.placement = Placement.of(name, start, end, curvature, normal)
+        self._coefficients = section.coefficients(self.space)
+        self.loads = require_loads(f"Beam {name!r} loads", loads, self.space)
+        self._load_ports = {f"load {load.name}": Port(self, f"load {load.name}", LINE) for load in self.loads}
+        self.boundaries = fractions_of(name, elements) * self.length
         self.ends = parse_causality(f"Beam {name!r} causality", causality)
         self.switch_at = switch_at
         self.switch_element = self._nearest_boundary(switch_at)
@@ -147,9 +149,24 @@ class Beam(Block):
                 got=repr(causality),
                 fix="Use at least two elements: the switch needs an interior element boundary.",
             )
-        end_angle = self.start_angle + self.curvature * self.length
-        self.start = Anchor(self, "start", self._start, self.start_angle, place=0.0)
-        self.end = Anchor(self, "end", self._end, end_angle, place=1.0)
+        where, end_angle = self.placement, self.start_angle + self.curvature * self.length
+        self.start = Anchor(self, "start", where.start, self.start_angle, 0.0, frame=where.frame(0.0))
+        self.end = Anchor(self, "end", where.end, end_angle, 1.0, frame=where.frame(self.length))
+
+    @property
+    def curvature(self) -> float:
+        """Initial curvature, 1/m."""
+        return self.placement.curvature
+
+    @property
+    def length(self) -> float:
+        """Along the initial arc, m."""
+        return self.placement.length
+
+    @property
+    def start_angle(self) -> float:
+        """Initial orientation of the cross section at the start in the plane of axes 1 and 2, rad."""
+        return self.placement.angle
 
     @property
     def elements(self) -> int:
@@ -164,7 +181,7 @@ class Beam(Block):
     @property
     def space(self) -> Space:
         """The components of the beam."""
-        return PLANAR
+        return self.placement.space
 
     def exposures(self) -> Sequence[Exposure]:
         """List the inputs that the loads are.
@@ -259,7 +276,8 @@ class Beam(Block):
     @property
     def coarsest(self) -> Beam:
         """The beam in two elements of degree one, without damping and loads; two, as its ends may need a switch."""
-        return Beam(self.name, self.section, self._start, self._end, 2, curvature=self.curvature)
+        at = self.placement
+        return Beam(self.name, self.section, at.start, at.end, 2, curvature=self.curvature, normal=self._normal)
 
     def split(self, at: float) -> tuple[Beam, Beam]:
         """Cut the beam in two: blocks of their own, to be joined with ``weld(first.end, second.start)``.
@@ -290,8 +308,8 @@ class Beam(Block):
         inner = inner[np.abs(inner - at) > 1e-9]
         low, high = inner[inner < at], inner[inner > at]
         pieces = np.array([0.0, *low / at, 1.0]), np.array([0.0, *(high - at) / (1.0 - at), 1.0])
-        cut = self._start + _arc(self.curvature, self.start_angle, at * self.length)
-        ends = (self._start, cut), (cut, self._end)
+        cut = self.placement.at(np.array([at * self.length]))[0]
+        ends = (self.placement.start, cut), (cut, self.placement.end)
         return (
             self._like("-1", pieces[0], *ends[0]),
             self._like("-2", pieces[1], *ends[1]),
@@ -308,8 +326,8 @@ class Beam(Block):
         return Beam(
             self.name + suffix,
             self.section,
-            self._start if start is None else start,
-            self._end if end is None else end,
+            self.placement.start if start is None else start,
+            self.placement.end if end is None else end,
             elements,
             degree=self.degree,
             curvature=self.curvature,
@@ -317,11 +335,23 @@ class Beam(Block):
             damping=self.damping,
             loads=[replace(load, name=load.name + suffix) for load in self.loads],
             approximation=self.approximation,
+            normal=self._normal,
         )
+
+    @property
+    def _normal(self) -> Floats | None:
+        return None if self.placement.axes is None else self.placement.axes[:, 2]
 
     @property
     def held(self) -> bool:
         """Whether the beam is taken for rigid: all its ports give velocity then."""
+        if not self.kept.flexible and self.space != PLANAR:
+            raise OrientationError(
+                f"beam {self.name!r} with flexible=False",
+                expected="a planar beam",
+                got="a spatial one: a rigid body in space has an orientation that turns, which is not computed yet",
+                fix="Keep flexible=True, or give both ends two coordinates.",
+            )
         return not self.kept.flexible
 
     @property
@@ -331,8 +361,8 @@ class Beam(Block):
 
     @property
     def _line(self) -> RigidLine:
-        coefficients, _ = kept_coefficients(self.section.coefficients(self.space), self.kept)
-        return RigidLine(self._start, self.start_angle, self.curvature, self.length, coefficients)
+        coefficients, _ = kept_coefficients(self._coefficients, self.kept)
+        return RigidLine(self.placement.start, self.start_angle, self.curvature, self.length, coefficients)
 
     def effects(self, form: Form) -> Mapping[str, Ints]:
         """List the effects that the beam has and could leave out; see :meth:`Block.effects`.
@@ -411,7 +441,7 @@ class Beam(Block):
             segments = [Segment(0, m, Variant(*start)), Segment(m, n, Variant(*end))]
         return number_states(self.boundaries, self.degree, segments, self.space)
 
-    def form(self, gives: Mapping[str, bool]) -> BeamForm | RigidBeamForm:
+    def form(self, gives: Mapping[str, bool]) -> BeamForm | SpatialBeamForm | RigidBeamForm:
         """Reduce the beam to its matrices for a given causality.
 
         Parameters
@@ -421,19 +451,29 @@ class Beam(Block):
 
         Returns
         -------
-        BeamForm or RigidBeamForm
+        BeamForm, SpatialBeamForm or RigidBeamForm
             Matrices, ports, orientation and mass points.
         """
         loads = dict(zip(self._load_ports, self.loads, strict=True))
         if self.held:
             return rigid_form(self._line, self.damping, loads)
         start, end = (End(gives[f"{a}.translation"], gives[f"{a}.rotation"]) for a in ("start", "end"))
+        if self.placement.axes is not None:
+            return spatial_form(
+                self.mesh(start, end),
+                (start, end),
+                placement=self.placement,
+                coefficients=self._coefficients,
+                damping=self.damping,
+                loads=loads,
+                kept=self.kept,
+            )
         return beam_form(
             self.mesh(start, end),
             (start, end),
-            coefficients=self.section.coefficients(self.space),
+            coefficients=self._coefficients,
             curvature=self.curvature,
-            origin=self._start,
+            origin=self.placement.start,
             start_angle=self.start_angle,
             damping=self.damping,
             loads=loads,
@@ -466,65 +506,3 @@ class Beam(Block):
             )
         inner = self.boundaries[1:-1]
         return 1 + int(np.argmin(np.abs(inner - switch_at * self.length))) if inner.size else 0
-
-
-def _curvature(name: str, curvature: float | None, chord: float) -> float:
-    if curvature is None:
-        return 0.0
-    where = f"Beam {name!r} curvature"
-    curvature = require_real(where, curvature)
-    if not (math.isfinite(curvature) and abs(curvature) * chord <= 2.0):
-        raise DataError(
-            where,
-            expected=f"at most 2/chord = {2.0 / chord:.6g} 1/m in size",
-            got=repr(curvature),
-            fix="The circle must reach from start to end; split a longer arc into several beams.",
-        )
-    return curvature
-
-
-def _arc(curvature: float, angle: float, s: float) -> Floats:
-    """The vector from the start of an arc to its point at s."""
-    half = 0.5 * curvature * s
-    chord = s * float(np.sinc(half / np.pi))
-    return chord * np.array([math.cos(angle + half), math.sin(angle + half)])
-
-
-def _arc_length(curvature: float, chord: float) -> float:
-    half = 0.5 * abs(curvature) * chord
-    return chord if half < 1e-12 else chord * math.asin(half) / half
-
-
-def _fractions(name: str, elements: int | ArrayLike) -> Floats:
-    where = f"Beam {name!r} elements"
-    if isinstance(elements, (int, np.integer)) and not isinstance(elements, bool):
-        if not 1 <= elements <= MOST_ELEMENTS:
-            raise DataError(
-                where,
-                expected=f"at least 1 and at most {MOST_ELEMENTS}",
-                got=repr(elements),
-                fix="Start with 4 elements of degree 2.",
-            )
-        return np.linspace(0.0, 1.0, int(elements) + 1)
-    fractions = real_array(elements)
-    if fractions is None or fractions.ndim == 0:
-        raise ArgumentTypeError(
-            where,
-            expected="a whole number or a sequence of fractions",
-            got=repr(elements),
-            fix="Give an int, or boundaries such as (0, 0.2, 1).",
-        )
-    if (
-        fractions.ndim != 1
-        or fractions.size < 2
-        or fractions[0] != 0.0
-        or fractions[-1] != 1.0
-        or not (np.diff(fractions) > 0.0).all()
-    ):
-        raise DataError(
-            where,
-            expected="fractions that rise from 0 to 1",
-            got=repr(elements),
-            fix="Give element boundaries such as (0, 0.2, 1).",
-        )
-    return fractions

@@ -10,8 +10,9 @@ import numpy as np
 from phblocks.blocks.checks import require_flag
 from phblocks.blocks.form import FIXED, AngleRows, MaterialPoints, Piece
 from phblocks.blocks.sources import Signal
-from phblocks.errors import ArgumentTypeError, DataError, DuplicateNameError
+from phblocks.errors import ArgumentTypeError, DataError, DuplicateNameError, SpaceError
 from phblocks.ports import Domain, Quantity
+from phblocks.space import Space
 from phblocks.triplets import Floats, Ints, Triplets, real_array
 
 #: What a line load and the beam exchange: the answer is the velocity integrated over the length.
@@ -29,7 +30,7 @@ class LineLoad:
     name : str
         Unique in the diagram among loads, sources and exposed ports.
     force : array_like or callable
-        (x, y), N/m, or a function of time, s, that returns it; per initial length.
+        (x, y), N/m, in space (x, y, z), or a function of time, s, that returns it; per initial length.
     follows : bool, optional
         The components are along and across the cross sections and turn with them (a follower load such as a
         pressure); by default they are in the fixed frame (a dead load such as weight).
@@ -59,16 +60,16 @@ class LineLoad:
         require_flag(f"LineLoad {self.name!r} follows", self.follows)
         if callable(self.force):
             return
-        where, expected = f"LineLoad {self.name!r}", "two numbers, or a function of time"
+        where, expected = f"LineLoad {self.name!r}", "two numbers (in space three), or a function of time"
         array = real_array(self.force)
         if array is None:
             raise ArgumentTypeError(where, expected=expected, got=repr(self.force), fix="Give N/m.")
-        if array.shape != (2,) or not np.isfinite(array).all():
-            raise DataError(where, expected=expected, got=repr(self.force), fix="Give two finite numbers, N/m.")
+        if array.shape not in ((2,), (3,)) or not np.isfinite(array).all():
+            raise DataError(where, expected=expected, got=repr(self.force), fix="Give finite numbers, N/m.")
         object.__setattr__(self, "force", array)
 
 
-def require_loads(where: str, loads: object) -> tuple[LineLoad, ...]:
+def require_loads(where: str, loads: object, space: Space) -> tuple[LineLoad, ...]:
     """Return loads if they are loads of different names.
 
     Parameters
@@ -77,6 +78,8 @@ def require_loads(where: str, loads: object) -> tuple[LineLoad, ...]:
         For messages.
     loads : object
         One load or a sequence of them.
+    space : Space
+        Of the beam.
 
     Returns
     -------
@@ -89,6 +92,8 @@ def require_loads(where: str, loads: object) -> tuple[LineLoad, ...]:
         If they are something else.
     DuplicateNameError
         If two have the same name.
+    SpaceError
+        If a constant has the components of another space.
     """
     several = (loads,) if isinstance(loads, LineLoad) else loads
     if not isinstance(several, (tuple, list)) or not all(isinstance(load, LineLoad) for load in several):
@@ -101,6 +106,14 @@ def require_loads(where: str, loads: object) -> tuple[LineLoad, ...]:
     names = [load.name for load in several]
     if len(set(names)) < len(names):
         raise DuplicateNameError(where, expected="names of their own", got=repr(names), fix="Choose other names.")
+    for load in several:
+        if not callable(load.force) and np.size(load.force) != space.dimension:
+            raise SpaceError(
+                f"{where} {load.name!r}",
+                expected=f"{space.dimension} components on a {space.name} beam",
+                got=str(np.size(load.force)),
+                fix="Give a component for each coordinate of the ends.",
+            )
     return tuple(several)
 
 

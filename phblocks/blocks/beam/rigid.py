@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from phblocks.blocks.beam.damping import Damping
-from phblocks.blocks.beam.form import arc, fraction
+from phblocks.blocks.beam.interpolation import fraction
 from phblocks.blocks.beam.load import LineLoad
+from phblocks.blocks.beam.placement import arc
 from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
 from phblocks.blocks.block import Rigid
