@@ -1,4 +1,9 @@
-"""Natural frequencies and shapes of a cantilever, and how fast they converge.
+"""Modes of a cantilever
+========================
+
+Natural frequencies and shapes of a cantilever, and how fast they converge.
+
+::
 
     python examples/cantilever_modes.py [--out figures] [--modes 8]
 
@@ -123,7 +128,7 @@ def draw(result, errors, out, elements=(4, 8, 16, 32)):
 
 def main(argv=None):
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     parser.add_argument("--modes", type=int, default=8, help="how many")
     options = parser.parse_args(argv)
@@ -132,6 +137,9 @@ def main(argv=None):
     print(tabulate(result, errors), "", *draw(result, errors, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

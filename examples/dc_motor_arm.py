@@ -1,4 +1,9 @@
-"""A direct-current motor turns a flexible arm through a gear: what the arm does to the current.
+"""A motor, a gear and a flexible arm
+=====================================
+
+A direct-current motor turns a flexible arm through a gear: what does the arm do to the current?
+
+::
 
     python examples/dc_motor_arm.py [--out figures]
 
@@ -111,7 +116,7 @@ def draw(result, out):
 
 def main(argv=None):
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -119,6 +124,9 @@ def main(argv=None):
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""A Duffing oscillator: an energy that is not quadratic, with the discrete gradient and with the midpoint rule.
+"""The Duffing oscillator
+=========================
+
+An energy that is not quadratic, with the discrete gradient and with the midpoint rule.
+
+::
 
     python examples/duffing.py [--out figures]
 
@@ -99,7 +104,7 @@ def draw(runs, out):
 
 def main(argv=None):
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -107,6 +112,9 @@ def main(argv=None):
     print(tabulate(runs), "", *draw(runs, options.out), sep="\n")
     return runs
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""Matrices of the user's in a loop with a flexible beam: an absorber with feedthrough, and a control law with R(x).
+"""Matrices of your own in a loop with a beam
+=============================================
+
+An absorber with feedthrough, and a control law with R(x), at the tip of a flexible beam.
+
+::
 
     python examples/matrices_in_a_loop.py [--out figures]
 
@@ -174,7 +179,7 @@ def draw(loop, out):
 
 def main(argv=None):
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -182,6 +187,9 @@ def main(argv=None):
     print(tabulate(loop), "", *draw(loop, options.out), sep="\n")
     return loop
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""Two pendulums released from horizontal: one of rubber, one so stiff that it is a rigid bar.
+"""Two pendulums released from horizontal
+=========================================
+
+One is of rubber, the other so stiff that it is a rigid bar.
+
+::
 
     python examples/pendulum.py [--out figures]
 
@@ -107,7 +112,7 @@ def draw(result, out):
 
 def main(argv=None):
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -115,6 +120,9 @@ def main(argv=None):
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

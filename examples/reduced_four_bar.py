@@ -1,4 +1,9 @@
-"""The four-bar linkage about a posture on its way, reduced by pyMOR to port-Hamiltonian models of a few states.
+"""The four-bar linkage, reduced
+================================
+
+About a posture on its way, pyMOR reduces it to port-Hamiltonian models of a few states.
+
+::
 
     python examples/reduced_four_bar.py [--out figures] [--orders 8 12 16 20] [--time 1]
 
@@ -127,7 +132,7 @@ def draw(result, out):
 
 def main(argv=None):
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figure")
     parser.add_argument("--orders", type=int, nargs="+", default=(8, 12, 16, 20), help="states of the reduced models")
     parser.add_argument("--time", type=float, default=1.0, help="of the posture, s")
@@ -136,6 +141,9 @@ def main(argv=None):
     print(tabulate(result), "", draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""A slider-crank with a flexible connecting rod: how far the rod bows under its own inertia.
+"""A slider-crank with a flexible rod
+=====================================
+
+How far does the connecting rod bow under its own inertia?
+
+::
 
     python examples/slider_crank.py [--out figures]
 
@@ -135,7 +140,7 @@ def draw(result, out):
 
 def main(argv=None):
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -143,6 +148,9 @@ def main(argv=None):
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

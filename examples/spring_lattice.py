@@ -1,4 +1,9 @@
-"""A square lattice of masses and stretched springs in a rigid frame: its frequencies are those of the dispersion.
+"""Waves in a lattice of springs
+================================
+
+A square lattice of masses and stretched springs in a rigid frame: its frequencies are those of the dispersion.
+
+::
 
     python examples/spring_lattice.py [--out figures]
 
@@ -123,7 +128,7 @@ def draw(result, out):
 
 def main(argv=None):
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -131,6 +136,9 @@ def main(argv=None):
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()
