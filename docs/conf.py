@@ -1,6 +1,6 @@
 """The manual: the pages of this folder, the gallery of examples/ and the docstrings, put together by Sphinx.
 
-pip install -e ".[docs]" && sphinx-build -W --keep-going -n docs docs/_build
+pip install -e ".[docs]" && sphinx-build -W --keep-going docs docs/_build
 """
 
 import sys

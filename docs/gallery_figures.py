@@ -13,6 +13,21 @@ ORDER = (
     "double_pendulum",
     "four_bar",
     "slider_crank",
+    "flying_spaghetti",
+    "falling_chain",
+    "cantilever_modes",
+    "truss_bridge",
+    "spring_lattice",
+    "wave_absorber",
+    "buckling_column",
+    "snap_through_arch",
+    "rotating_blade",
+    "dc_motor_arm",
+    "matrices_in_a_loop",
+    "duffing",
+    "accuracy_and_time",
+    "reduced_four_bar",
+    "standalone_four_bar",
 )
 
 

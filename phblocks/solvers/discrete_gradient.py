@@ -15,7 +15,7 @@ class DiscreteGradient:
     """Midpoint rule with Gonzalez' discrete gradient: second order, keeps the balance of any energy exactly.
 
     Where the energy is quadratic it is the implicit midpoint rule, ``Midpoint``. Elsewhere the co-energy variables
-    over a step are not the gradient at the midpoint m but, with ``d = x_{n+1} - x_n``,
+    over a step are not the gradient at the midpoint m but, with ``d = x_{n+1} - x_n``::
 
         z = grad H(m) + (H(x_{n+1}) - H(x_n) - grad H(m)^T d) / |d|^2 d,
 

@@ -177,9 +177,9 @@ def test_code_runs(path, tmp_path, monkeypatch, capsys):
 def test_files_that_other_languages_load_are_named(path):
     """On a page with a test of its own the Python code, or the text, writes what others load."""
     text = path.read_text(encoding="utf-8")
-    for language in ("matlab", "octave"):
+    for language, name in (("matlab", r"load\('([^']+)'\)"), ("octave", r"load\('([^']+)'\)"), ("julia", r'"(\S+\.\S+)"')):
         for block in code(text, language):
-            for file in re.findall(r"load\('([^']+)'\)", block):
+            for file in re.findall(name, block):
                 assert f'"{file}"' in text or f"`{file}`" in text or f'export("{file}")' in text, file
 
 
