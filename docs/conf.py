@@ -46,6 +46,7 @@ sphinx_gallery_conf = {
     "reset_modules": (),
     "within_subsection_order": "gallery_figures.Order",
     "capture_repr": (),
+    "default_thumb_file": str(Path(__file__).parent / "images" / "four_bar.png"),
     "download_all_examples": False,
     "show_signature": False,
     "min_reported_time": 1e9,  # how long it took here tells nobody anything
@@ -57,5 +58,7 @@ sphinx_gallery_conf = {
 
 html_theme = "furo"
 html_title = "phblocks"
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 html_show_sourcelink = False
 html_copy_source = False

@@ -135,8 +135,8 @@ def draw(result, out):
     shapes, ax = plt.subplots(figsize=(7.0, 3.6), layout="compressed")
     times = np.interp(np.linspace(0.0, result.shortening[-1], 8)[1:], result.shortening, result.solution.t)
     ph.plots.motion(result.solution, times, path=result.column.end, ax=ax)
-    paths = [out / "buckling_line.png", out / "buckling_shapes.png"]
-    for figure, path in zip((line, shapes), paths, strict=True):
+    paths = [out / "buckling_shapes.png", out / "buckling_line.png"]
+    for figure, path in zip((shapes, line), paths, strict=True):
         figure.savefig(path, dpi=100)
         plt.close(figure)
     return paths

@@ -102,7 +102,7 @@ def draw(result, out):
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     solution = result.flexible[min(result.flexible)]
-    figure, ax = plt.subplots(figsize=(6.0, 5.0), layout="compressed")
+    figure, ax = plt.subplots(figsize=(7.0, 4.4), layout="compressed")
     ph.plots.motion(solution, np.linspace(0.0, 1.0, 7)[1:], path=result.bars[1].end, ax=ax)
     path = out / "double_pendulum.png"
     figure.savefig(path, dpi=100)

@@ -170,7 +170,7 @@ def draw(loop, out):
     for name, solution in loop.runs.items():
         axis.plot(solution.t, 1e3 * solution.position("beam", 1.0)[:, 1], label=name)
     axis.set(xlabel="t, s", ylabel="deflection of the tip, mm")
-    axis.legend()
+    axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     path = out / "matrices_in_a_loop.png"
     figure.savefig(path, dpi=100)
     plt.close(figure)

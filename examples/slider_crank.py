@@ -131,7 +131,7 @@ def draw(result, out):
     ax.plot(result.solution.t, 1e3 * result.bow, label="flexible rod")
     ax.plot(result.solution.t, 1e3 * result.bow_static, "--", label="beam under the inertia of the rigid motion")
     ax.set(xlabel="t, s", ylabel="middle of the rod from its chord, mm")
-    ax.legend()
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     path = out / "slider_crank.png"
     figure.savefig(path, dpi=100)
     plt.close(figure)

@@ -1,6 +1,8 @@
 """The pages of the manual: their code runs, their links lead somewhere, and the contents list them all."""
 
 import re
+import shutil
+import subprocess
 import warnings
 from pathlib import Path
 from urllib.parse import unquote
@@ -29,7 +31,7 @@ OWN_TESTS = {
 #: Languages of code blocks: what checks them.
 LANGUAGES = {
     "python": "the tests of this file",
-    "matlab": "tests/export/test_documentation.py, in Octave; the files it loads are written on its page",
+    "matlab": "in Octave, here and in tests/export/test_documentation.py",
     "octave": "tests/export/test_documentation.py, in Octave",
     "julia": "the files it reads are written on its page",
     "json": "tests/test_description.py",
@@ -37,6 +39,7 @@ LANGUAGES = {
     "sh": "commands, tests/test_readme.py for those of the README",
 }
 
+OCTAVE = shutil.which("octave-cli")
 FENCE = re.compile(r"^(`{3,})([^\n]*)\n(.*?)^\1\s*$", re.M | re.S)
 
 
@@ -173,11 +176,31 @@ def test_code_runs(path, tmp_path, monkeypatch, capsys):
                     assert (tmp_path / file).exists(), f"{file} is not written"
 
 
+@pytest.mark.skipif(OCTAVE is None, reason="Octave is not installed")
+def test_matlab_of_the_quick_start_in_octave(tmp_path, monkeypatch):
+    text = (DOCS / "quick-start.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    session = {"__name__": "page"}
+    for block in code(text, "python"):
+        exec(compile(block, "quick-start.md", "exec"), session)
+    plt.close("all")
+    [block] = code(text, "matlab")
+    command = [OCTAVE, "--quiet", "--no-gui", "--norc", "--eval", block]
+    output = subprocess.run(command, cwd=tmp_path, capture_output=True, encoding="utf-8", check=True).stdout
+    n = session["system"].n
+    assert f"{n} states, {n - 1} of them with a rate" in output and "motor" in output
+    assert session["system"].constraint_names == ("guide.force0[0]",)
+
+
 @pytest.mark.parametrize("path", [p for p in PAGES if p.name in OWN_TESTS], ids=lambda path: path.stem)
 def test_files_that_other_languages_load_are_named(path):
     """On a page with a test of its own the Python code, or the text, writes what others load."""
     text = path.read_text(encoding="utf-8")
-    for language, name in (("matlab", r"load\('([^']+)'\)"), ("octave", r"load\('([^']+)'\)"), ("julia", r'"(\S+\.\S+)"')):
+    for language, name in (
+        ("matlab", r"load\('([^']+)'\)"),
+        ("octave", r"load\('([^']+)'\)"),
+        ("julia", r'"(\S+\.\S+)"'),
+    ):
         for block in code(text, language):
             for file in re.findall(name, block):
                 assert f'"{file}"' in text or f"`{file}`" in text or f'export("{file}")' in text, file

@@ -49,7 +49,7 @@ def test_python_of_the_documentation(tmp_path, monkeypatch, beam, response):
 
 @pytest.mark.filterwarnings("default")  # those of the packages are their own
 def test_recipes_for_other_packages(tmp_path, monkeypatch, capsys):
-    """They follow the pendulum of the page: a brake that damps, a reduction that keeps what is slow, an FMU that runs."""
+    """After the pendulum of the page: a brake that damps, a reduction that keeps what is slow, an FMU that runs."""
     recipes = [block for block in blocks("python") if needs(block)]
     assert [needs(block) for block in recipes] == [["control"], ["pymor"], ["fmpy"]]
     for block in recipes:
