@@ -14,6 +14,7 @@ out into the elastica. Prints frequencies next to theory, and the shortening nex
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,22 +25,23 @@ from scipy.special import ellipe, ellipk
 
 import phblocks as ph
 
-LENGTH, THICKNESS = 1.0, 0.005  # m
+LENGTH, WIDTH, THICKNESS, YOUNG, DENSITY = 1.0, 0.02, 0.005, 2.1e11, 7850.0  # m, Pa, kg/m^3
+BENDING, MASS = YOUNG * WIDTH * THICKNESS**3 / 12.0, DENSITY * WIDTH * THICKNESS  # N m^2, kg/m
 SECTION = ph.Section.rectangle(
-    width=0.02, height=THICKNESS, young=2.1e11, poisson=0.3, density=7850.0, shear_factor=5.0 / 6.0
+    width=WIDTH, height=THICKNESS, young=YOUNG, poisson=0.3, density=DENSITY, shear_factor=5.0 / 6.0
 )
-EULER = np.pi**2 * SECTION.bending[-1] / LENGTH**2  # N
+EULER = np.pi**2 * BENDING / LENGTH**2  # N
 LOADS = np.linspace(0.0, 0.95, 20)  # of Euler's load, where frequencies are taken
 TOP, RAMP, HOLD = 1.4, 8.0, 1.0  # of Euler's load; s
 
 
-def press(t):
+def press(t: float) -> float:
     """Force on the head, N, without the sideways nudge that shows the column where to go."""
     s = min(t / RAMP, 1.0)
     return -TOP * EULER * s * s * (3.0 - 2.0 * s)
 
 
-def build(elements=8, degree=2, viscous=0.0):
+def build(elements: int = 8, degree: int = 2, viscous: float = 0.0) -> tuple[ph.Diagram, ph.Beam]:
     """Draw the column, lying along x; return it with its beam."""
     d = ph.Diagram("column")
     nudge = ph.LineLoad("nudge", (0.0, 0.2), follows=False)  # N/m
@@ -70,7 +72,7 @@ class Result:
     elastica: float  # the same at the end for an inextensible column, m
 
 
-def run(dt=0.02):
+def run(dt: float = 0.02) -> Result:
     """Take the frequencies under load; press the column."""
     d, _ = build()
     system = d.compile(effects="all")
@@ -80,7 +82,7 @@ def run(dt=0.02):
         x = np.where(axial, -load, 0.0)  # straight and pressed: a state of rest
         state = ph.State(x, system.start.theta, system.start.points)
         frequencies.append(system.modes(1, state, np.array([-load, 0.0])).frequencies[0])
-    omega = np.pi**2 / LENGTH**2 * np.sqrt(SECTION.bending[-1] / SECTION.mass)
+    omega = np.pi**2 / LENGTH**2 * np.sqrt(BENDING / MASS)
 
     d, column = build(viscous=60.0)
     solution = ph.simulate(d.compile(), RAMP + HOLD, dt, inputs={"head": lambda t: (press(t), 0.0)})
@@ -96,13 +98,13 @@ def run(dt=0.02):
     )
 
 
-def elastica(load):
+def elastica(load: float) -> float:
     """Shortening of an inextensible pinned column, m, under a load above Euler's (in units of it)."""
     m = brentq(lambda m: (2.0 * ellipk(m) / np.pi) ** 2 - load, 1e-9, 0.9)
-    return 2.0 * LENGTH * (1.0 - ellipe(m) / ellipk(m))
+    return float(2.0 * LENGTH * (1.0 - ellipe(m) / ellipk(m)))
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as tables."""
     lines = [f"{'load / Euler':>13}{'omega, rad/s':>15}{'slender, rad/s':>17}"]
     rows = zip(LOADS, result.frequencies, result.theory, strict=True)
@@ -117,7 +119,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figures; return their paths."""
     out.mkdir(parents=True, exist_ok=True)
     line, axes = plt.subplots(1, 2, figsize=(9.0, 3.6), layout="compressed")
@@ -142,9 +144,9 @@ def draw(result, out):
     return paths
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

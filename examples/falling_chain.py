@@ -14,12 +14,14 @@ it cracks like a whip. Prints the speed next to theory.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from numpy.typing import ArrayLike
 
 import phblocks as ph
 
@@ -28,7 +30,7 @@ LENGTH = (2 * LINKS + 1) * LINK  # m
 SECTION = ph.Section(axial=1e5, shear=1e5, bending=100.0, mass=0.5, rotary=1e-9)
 
 
-def build():
+def build() -> tuple[ph.Diagram, list[ph.Beam]]:
     """Draw the chain: down on the left, one link across, up on the right; return it with the links."""
     d = ph.Diagram("chain", gravity=(0.0, -GRAVITY))
     down = [(0.0, -LINK * i) for i in range(LINKS + 1)]
@@ -42,23 +44,24 @@ def build():
     return d, links
 
 
-def theory(fallen):
+def theory(fallen: ArrayLike) -> np.ndarray:
     """Speed of the end, m/s, where it has fallen so far, m."""
-    return np.sqrt(GRAVITY * fallen * (2.0 * LENGTH - fallen) / (LENGTH - fallen))
+    x = np.asarray(fallen)
+    return np.asarray(np.sqrt(GRAVITY * x * (2.0 * LENGTH - x) / (LENGTH - x)))
 
 
 @dataclass
 class Result:
     """What the run gave."""
 
-    links: list
+    links: list[ph.Beam]
     solution: ph.Solution
     fallen: np.ndarray  # of the free end, m
     speed: np.ndarray  # downwards, m/s
     energy_drift: float  # J
 
 
-def run(dt=0.0005, t_end=0.6):
+def run(dt: float = 0.0005, t_end: float = 0.6) -> Result:
     """Let go."""
     d, links = build()
     solution = ph.simulate(d.compile(), t_end, dt, save_every=2)
@@ -72,7 +75,7 @@ def run(dt=0.0005, t_end=0.6):
     )
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     lines = [f"{'t, s':>6}{'fallen, m':>11}{'a stone, m':>12}{'speed, m/s':>12}{'theory, m/s':>13}"]
     for i in range(0, result.solution.t.size, 60):
@@ -87,7 +90,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, (ax, speed) = plt.subplots(1, 2, figsize=(9.0, 4.0), layout="compressed", width_ratios=(1.6, 1.0))
@@ -117,9 +120,9 @@ def draw(result, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

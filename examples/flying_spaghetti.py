@@ -13,11 +13,13 @@ the order of the method.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import Normalize
 
 import phblocks as ph
 
@@ -31,7 +33,7 @@ REFERENCE = {
 }
 
 
-def build(elements=16, degree=3):
+def build(elements: int = 16, degree: int = 3) -> tuple[ph.Diagram, ph.Beam]:
     """Draw the diagram: one beam, nothing joined to it; return it with the beam."""
     d = ph.Diagram("flying spaghetti")
     beam = d.add(ph.Beam("beam", SECTION, START, END, elements=elements, degree=degree))
@@ -46,19 +48,22 @@ class Result:
 
     beam: ph.Beam
     solution: ph.Solution
-    ends: dict  # time, s -> lower and upper end, shape (2, 2), m
+    ends: dict[float, np.ndarray]  # time, s -> lower and upper end, shape (2, 2), m
     energy_drift: float  # largest change of the energy after the push, J
     momentum: np.ndarray  # after the push, shape (times, 2), N s
 
 
-def run(dt=0.01, t_end=6.0):
+def run(dt: float = 0.01, t_end: float = 6.0) -> Result:
     """Simulate; the loads change between two steps."""
     d, beam = build()
-    loads = {
-        "force": lambda t: (FORCE, 0.0) if t < OFF else (0.0, 0.0),
-        "moment": lambda t: MOMENT if t < OFF else 0.0,
-    }
-    solution = ph.simulate(d.compile(), t_end, dt, inputs=loads)
+
+    def force(t: float) -> tuple[float, float]:
+        return (FORCE, 0.0) if t < OFF else (0.0, 0.0)
+
+    def moment(t: float) -> float:
+        return MOMENT if t < OFF else 0.0
+
+    solution = ph.simulate(d.compile(), t_end, dt, inputs={"force": force, "moment": moment})
     after = solution.t >= OFF - 1e-9
     mass = solution.system.point_mass
     impulse = np.einsum("m,tmd->td", mass, solution.recording.points)
@@ -72,7 +77,7 @@ def run(dt=0.01, t_end=6.0):
     )
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     lines = [f"{'t, s':>6}{'end':>8}{'x, m':>12}{'y, m':>12}{'from the other code, m':>26}"]
     for t, ends in result.ends.items():
@@ -89,7 +94,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, ax = plt.subplots(figsize=(8.0, 3.8), layout="compressed")
@@ -103,7 +108,7 @@ def draw(result, out):
         ax.plot(*shapes[:, s].T, style, color="tab:red", lw=0.8, label="lower end" if s else "upper end")
     for ends in REFERENCE.values():
         ax.plot(*ends.T, "kx", label="other code" if ends is REFERENCE[OFF] else None)
-    bar = plt.cm.ScalarMappable(plt.Normalize(0.0, shown[-1]), "viridis")
+    bar = plt.cm.ScalarMappable(Normalize(0.0, shown[-1]), "viridis")
     figure.colorbar(bar, ax=ax, label="time, s", pad=0.01)
     ax.set(xlabel="x, m", ylabel="y, m", aspect="equal")
     ax.legend(loc="lower right", frameon=False)
@@ -113,9 +118,9 @@ def draw(result, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

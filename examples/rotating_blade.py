@@ -14,6 +14,7 @@ omega^2 = omega_0^2 - Omega^2 and diverges above omega_0, so it is refused unles
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,9 +24,9 @@ from scipy.sparse.linalg import spsolve
 
 import phblocks as ph
 
-LENGTH = 10.0  # m
-SECTION = ph.Section(axial=2.8e7, shear=1.0e7, bending=1.4e4, mass=1.2, rotary=6e-4)
-UNIT = np.sqrt(SECTION.bending / SECTION.mass) / LENGTH**2  # rad/s
+LENGTH, BENDING, MASS = 10.0, 1.4e4, 1.2  # m, N m^2, kg/m
+SECTION = ph.Section(axial=2.8e7, shear=1.0e7, bending=BENDING, mass=MASS, rotary=6e-4)
+UNIT = np.sqrt(BENDING / MASS) / LENGTH**2  # rad/s
 #: Flap frequencies at the spins 0, 1, ..., 10, all in this unit.
 FLAP = np.array((3.5160, 3.6816, 4.1373, 4.7973, 5.5850, 6.4495, 7.3604, 8.2996, 9.2568, 10.2257, 11.2023))
 SPINS = UNIT * np.arange(FLAP.size)  # rad/s
@@ -36,7 +37,7 @@ MODELS = {
 }
 
 
-def build(spin, elements=6, degree=2):
+def build(spin: float, elements: int = 6, degree: int = 2) -> ph.Diagram:
     """Draw the diagram: the root turned at a constant rate, rad/s."""
     d = ph.Diagram("blade")
     blade = d.add(ph.Beam("blade", SECTION, (0.0, 0.0), (LENGTH, 0.0), elements=elements, degree=degree))
@@ -46,7 +47,7 @@ def build(spin, elements=6, degree=2):
     return d
 
 
-def steady(system, spin):
+def steady(system: ph.System, spin: float) -> ph.State:
     """Find the state in which the blade turns as one, stretched by its own inertia: Newton's method."""
     state, u = system.rigid_motion(spin=spin), np.array([spin])
     for _ in range(4):
@@ -59,13 +60,13 @@ def steady(system, spin):
 class Result:
     """Frequencies over the spin."""
 
-    frequencies: dict  # model -> first lag frequency at each of SPINS, rad/s
+    frequencies: dict[str, np.ndarray]  # model -> first lag frequency at each of SPINS, rad/s
     still: float  # of the blade at rest, rad/s
     linear: np.ndarray  # of the linear theory in the frame that turns, rad/s; NaN where it diverges
     refusal: str  # what the linear model is told at the highest spin
 
 
-def run(spins=SPINS):
+def run(spins: np.ndarray = SPINS) -> Result:
     """Take the lowest frequency about the steady state of each spin."""
     found = {name: np.empty(spins.size) for name in MODELS}
     for name, model in MODELS.items():
@@ -84,7 +85,7 @@ def run(spins=SPINS):
     return Result(found, still, linear, refusal)
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     head = "".join(f"{name + ', rad/s':>22}" for name in result.frequencies)
     lines = [f"{'spin, rad/s':>12}{head}{'known, rad/s':>16}{'linear, rad/s':>18}"]
@@ -96,7 +97,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, ax = plt.subplots(figsize=(6.4, 4.2), layout="compressed")
@@ -115,9 +116,9 @@ def draw(result, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

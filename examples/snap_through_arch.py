@@ -15,8 +15,10 @@ load and the arch give off in the jump goes into drag. One port, exposed with ``
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -32,12 +34,13 @@ TRAVEL, SLOWLY = 0.09, 8.0  # of the crown, m; s
 LOAD = 4000.0  # N at the end of the run with a load
 
 
-def build(imposes, elements=4, degree=3):
+def build(imposes: str, elements: int = 4, degree: int = 3) -> ph.Diagram:
     """Draw the arch as two halves welded at the crown, and open the crown."""
     half = 0.5 * SPAN
     radius = (half**2 + RISE**2) / (2.0 * RISE)
     d = ph.Diagram("arch")
-    arc = {"curvature": -1.0 / radius, "elements": elements, "degree": degree, "damping": ph.Damping(viscous=DRAG)}
+    arc: dict[str, Any] = {"curvature": -1.0 / radius, "elements": elements, "degree": degree}
+    arc["damping"] = ph.Damping(viscous=DRAG)
     left = d.add(ph.Beam("left", SECTION, (-half, 0.0), (0.0, RISE), **arc))
     right = d.add(ph.Beam("right", SECTION, (0.0, RISE), (half, 0.0), **arc))
     d.weld(d.ground, left.start)
@@ -59,11 +62,11 @@ class Result:
     snap: float  # load at which the loaded crown passes half its rise in a jump, N
 
 
-def run(dt=0.01):
+def run(dt: float = 0.01) -> Result:
     """Move the crown, then load it."""
     crown = -TRAVEL / SLOWLY
 
-    def moving(t):
+    def moving(t: float) -> tuple[float, float]:
         s = min(t / 0.5, 1.0)  # a smooth start
         return 0.0, crown * s * s * (3.0 - 2.0 * s)
 
@@ -83,18 +86,18 @@ def run(dt=0.01):
     )
 
 
-def deflection(solution):
+def deflection(solution: ph.Solution) -> np.ndarray:
     """How far the crown is below its place, m."""
     return RISE - solution.position("left", 1.0, source="strain")[:, 1]
 
 
-def crown_force(solution):
+def crown_force(solution: ph.Solution) -> np.ndarray:
     """Force that presses the crown down, N: the difference of the internal forces beside it."""
     left, right = (solution.force(name, s, frame="fixed")[:, 1] for name, s in (("left", 1.0), ("right", 0.0)))
     return right - left
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     lines = [f"{'deflection, mm':>15}{'force when moved, N':>21}"]
     for d in np.linspace(0.01, 0.07, 7):
@@ -110,7 +113,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, (ax, shapes) = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="compressed", width_ratios=(1.0, 1.3))
@@ -135,9 +138,9 @@ def draw(result, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

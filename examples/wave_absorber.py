@@ -14,6 +14,7 @@ the ledger tells how much energy it took, 1 - r^2 of that of the pulse.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,12 +34,12 @@ SMALL = ph.Approximation(large_rotation=False)  # nothing turns here, and a line
 PLACES = np.linspace(0.0, 1.0, 81)  # along the bar
 
 
-def hammer(t):
+def hammer(t: float) -> float:
     """Force of the blow, N: a smooth pulse."""
     return FORCE * np.sin(np.pi * t / PULSE) ** 2 if t < PULSE else 0.0
 
 
-def build(damping, elements=32, degree=3):
+def build(damping: float, elements: int = 32, degree: int = 3) -> tuple[ph.Diagram, ph.Beam]:
     """Draw the bar, hit at its start, with a damper of N s/m at its end; return it with the beam."""
     d = ph.Diagram("bar")
     bar = d.add(ph.Beam("bar", SECTION, (0.0, 0.0), (LENGTH, 0.0), elements=elements, degree=degree))
@@ -61,7 +62,7 @@ class Run:
     absorbed: float  # energy in the damper, of the work of the hammer
 
 
-def run(dt=4e-6):
+def run(dt: float = 4e-6) -> dict[str, Run]:
     """Simulate until the reflected wave has passed the middle of the bar."""
     runs = {}
     for name, damping in DAMPERS.items():
@@ -80,7 +81,7 @@ def run(dt=4e-6):
     return runs
 
 
-def tabulate(runs):
+def tabulate(runs: dict[str, Run]) -> str:
     """Format the numbers as a table."""
     lines = [f"{'damper':<16}{'reflected':>11}{'(Z-c)/(Z+c)':>14}{'absorbed':>11}{'1 - r^2':>10}{'balance, J':>13}"]
     for name, found in runs.items():
@@ -96,7 +97,7 @@ def tabulate(runs):
     return "\n".join(lines)
 
 
-def draw(runs, out):
+def draw(runs: dict[str, Run], out: Path) -> list[Path]:
     """Write the figure: place along the bar against time; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, axes = plt.subplots(1, len(runs), figsize=(10.0, 3.8), sharey=True, layout="compressed")
@@ -114,9 +115,9 @@ def draw(runs, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> dict[str, Run]:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
