@@ -20,6 +20,7 @@ TEXTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "tests" / 
 
 #: Pages whose code runs in a test of their own, because it takes a start or an end that the page does not show.
 OWN_TESTS = {
+    "cli.md": "tests/cli/test_page.py",
     "errors.md": "tests/test_errors_page.py",
     "export.md": "tests/export/test_documentation.py",
     "effects.md": "tests/effects/test_documentation.py",
