@@ -1,10 +1,15 @@
-"""How accurate can the rubber pendulum be in a tenth of a second, and what does an error of 2 mm cost?
+"""What accuracy costs
+======================
+
+How accurate can the rubber pendulum be in a tenth of a second, and what does an error of 2 mm cost?
+
+::
 
     python examples/accuracy_and_time.py [--out figures] [--repeats 3]
 
-Runs the pendulum of `pendulum.py` with two settings of Newton's method, on three meshes, with three steps, and measures
-error, time, energy error and gap of each run; then asks for the setting to use, and runs it again. Prints the tables,
-draws error against time, and the error against the step.
+Runs the pendulum of ``pendulum.py`` with two settings of Newton's method, on three meshes, with three steps, and
+measures error, time, energy error and gap of each run; then asks for the setting to use, and runs it again. Prints the
+tables, draws error against time, and the error against the step.
 """
 
 import argparse
@@ -114,7 +119,7 @@ def draw(result: Result, out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     parser.add_argument("--repeats", type=int, default=3, help="how often each run is timed")
     options = parser.parse_args(argv)
@@ -123,6 +128,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""Natural frequencies and shapes of a cantilever, and how fast they converge.
+"""Modes of a cantilever
+========================
+
+Natural frequencies and shapes of a cantilever, and how fast they converge.
+
+::
 
     python examples/cantilever_modes.py [--out figures] [--modes 8]
 
@@ -128,7 +133,7 @@ def draw(
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     parser.add_argument("--modes", type=int, default=8, help="how many")
     options = parser.parse_args(argv)
@@ -137,6 +142,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(tabulate(result, errors), "", *draw(result, errors, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""A direct-current motor turns a flexible arm through a gear: what the arm does to the current.
+"""A motor, a gear and a flexible arm
+=====================================
+
+A direct-current motor turns a flexible arm through a gear: what does the arm do to the current?
+
+::
 
     python examples/dc_motor_arm.py [--out figures]
 
@@ -112,7 +117,7 @@ def draw(result: Result, out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -120,6 +125,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""Two uniform bars hang from each other: as rigid bodies held by multipliers, and as stiff beams that need none.
+"""A double pendulum, rigid and flexible
+========================================
+
+Two uniform bars hang from each other: as rigid bodies held by multipliers, and as stiff beams that need none.
+
+::
 
     python examples/double_pendulum.py [--out figures]
 
@@ -98,7 +103,7 @@ def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     solution = result.flexible[min(result.flexible)]
-    figure, ax = plt.subplots(figsize=(6.0, 5.0), layout="compressed")
+    figure, ax = plt.subplots(figsize=(7.0, 4.4), layout="compressed")
     ph.plots.motion(solution, np.linspace(0.0, 1.0, 7)[1:], path=result.bars[1].end, ax=ax)
     path = out / "double_pendulum.png"
     figure.savefig(path, dpi=100)
@@ -108,7 +113,7 @@ def draw(result: Result, out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -116,6 +121,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

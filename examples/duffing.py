@@ -1,4 +1,9 @@
-"""A Duffing oscillator: an energy that is not quadratic, with the discrete gradient and with the midpoint rule.
+"""The Duffing oscillator
+=========================
+
+An energy that is not quadratic, with the discrete gradient and with the midpoint rule.
+
+::
 
     python examples/duffing.py [--out figures]
 
@@ -104,7 +109,7 @@ def draw(runs: dict[str, Run], out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> dict[str, Run]:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -112,6 +117,9 @@ def main(argv: Sequence[str] | None = None) -> dict[str, Run]:
     print(tabulate(runs), "", *draw(runs, options.out), sep="\n")
     return runs
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""The four-bar linkage: three flexible bars, pinned to each other and to the ground, fall from rest.
+"""The four-bar linkage
+=======================
+
+Three flexible bars, pinned to each other and to the ground, fall from rest.
+
+::
 
     python examples/four_bar.py [--out figures] [--elements 10 6 6] [--degree 1] [--dt 0.02] [--t-end 10]
 
@@ -157,7 +162,7 @@ def draw(result: Result, out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     parser.add_argument("--elements", type=int, nargs=3, default=(10, 6, 6), help="of crank, coupler, rocker")
     parser.add_argument("--degree", type=int, default=1, help="of the elements")
@@ -169,6 +174,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(result.diagram.check(), tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

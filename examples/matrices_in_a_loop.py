@@ -1,4 +1,9 @@
-"""Matrices of the user's in a loop with a flexible beam: an absorber with feedthrough, and a control law with R(x).
+"""Matrices of your own in a loop with a beam
+=============================================
+
+An absorber with feedthrough, and a control law with R(x), at the tip of a flexible beam.
+
+::
 
     python examples/matrices_in_a_loop.py [--out figures]
 
@@ -171,7 +176,7 @@ def draw(loop: Loop, out: Path) -> list[Path]:
     for name, solution in loop.runs.items():
         axis.plot(solution.t, 1e3 * solution.position("beam", 1.0)[:, 1], label=name)
     axis.set(xlabel="t, s", ylabel="deflection of the tip, mm")
-    axis.legend()
+    axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     path = out / "matrices_in_a_loop.png"
     figure.savefig(path, dpi=100)
     plt.close(figure)
@@ -180,7 +185,7 @@ def draw(loop: Loop, out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> Loop:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -188,6 +193,9 @@ def main(argv: Sequence[str] | None = None) -> Loop:
     print(tabulate(loop), "", *draw(loop, options.out), sep="\n")
     return loop
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

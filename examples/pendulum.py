@@ -1,4 +1,9 @@
-"""Two pendulums released from horizontal: one of rubber, one so stiff that it is a rigid bar.
+"""Two pendulums released from horizontal
+=========================================
+
+One is of rubber, the other so stiff that it is a rigid bar.
+
+::
 
     python examples/pendulum.py [--out figures]
 
@@ -109,7 +114,7 @@ def draw(result: Result, out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -117,6 +122,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

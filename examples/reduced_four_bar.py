@@ -1,4 +1,9 @@
-"""The four-bar linkage about a posture on its way, reduced by pyMOR to port-Hamiltonian models of a few states.
+"""The four-bar linkage, reduced
+================================
+
+About a posture on its way, pyMOR reduces it to port-Hamiltonian models of a few states.
+
+::
 
     python examples/reduced_four_bar.py [--out figures] [--orders 8 12 16 20] [--time 1]
 
@@ -128,7 +133,7 @@ def draw(result: Result, out: Path) -> Path:
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figure")
     parser.add_argument("--orders", type=int, nargs="+", default=(8, 12, 16, 20), help="states of the reduced models")
     parser.add_argument("--time", type=float, default=1.0, help="of the posture, s")
@@ -137,6 +142,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(tabulate(result), "", draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

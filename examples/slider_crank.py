@@ -1,4 +1,9 @@
-"""A slider-crank with a flexible connecting rod: how far the rod bows under its own inertia.
+"""A slider-crank with a flexible rod
+=====================================
+
+How far does the connecting rod bow under its own inertia?
+
+::
 
     python examples/slider_crank.py [--out figures]
 
@@ -129,7 +134,7 @@ def draw(result: Result, out: Path) -> list[Path]:
     ax.plot(result.solution.t, 1e3 * result.bow, label="flexible rod")
     ax.plot(result.solution.t, 1e3 * result.bow_static, "--", label="beam under the inertia of the rigid motion")
     ax.set(xlabel="t, s", ylabel="middle of the rod from its chord, mm")
-    ax.legend()
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False)
     path = out / "slider_crank.png"
     figure.savefig(path, dpi=100)
     plt.close(figure)
@@ -138,7 +143,7 @@ def draw(result: Result, out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -146,6 +151,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

@@ -1,4 +1,9 @@
-"""A square lattice of masses and stretched springs in a rigid frame: its frequencies are those of the dispersion.
+"""Waves in a lattice of springs
+================================
+
+A square lattice of masses and stretched springs in a rigid frame: its frequencies are those of the dispersion.
+
+::
 
     python examples/spring_lattice.py [--out figures]
 
@@ -124,7 +129,7 @@ def draw(result: Result, out: Path) -> list[Path]:
 
 def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 
@@ -132,6 +137,9 @@ def main(argv: Sequence[str] | None = None) -> Result:
     print(tabulate(result), "", *draw(result, options.out), sep="\n")
     return result
 
+
+# %%
+# The tables and figures:
 
 if __name__ == "__main__":
     main()

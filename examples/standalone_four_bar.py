@@ -1,4 +1,9 @@
-"""A nonlinear model from a file, integrated with NumPy and SciPy alone: how to use exported models without phblocks.
+"""An exported model without the library
+========================================
+
+A nonlinear model from a file, integrated with NumPy and SciPy alone: how to use exported models without phblocks.
+
+::
 
     python examples/standalone_four_bar.py [four_bar.npz] [--out results] [--dt 0.02] [--t-end 2]
 
@@ -62,7 +67,7 @@ def simulate(path: str | Path, dt: float, t_end: float) -> tuple[np.ndarray, ...
 
 def main(argv: Sequence[str] | None = None) -> tuple[np.ndarray, ...]:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).partition("\n")[0])
     parser.add_argument("path", nargs="?", default="four_bar.npz", help="a .npz file with a nonlinear model")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the states over time")
     parser.add_argument("--dt", type=float, default=0.02, help="step, s")

@@ -149,7 +149,7 @@ class RigidBody(Block):
         return Rigid(self.mass, self.inertia, self.start, self.angle)
 
     def welded_to(self, other: Block, name: str) -> Replacement | None:
-        """Make one body of this one and another that cannot move against it; see :meth:`Block.welded_to`.
+        """Make one body of this one and another that cannot move against it; see ``Block.welded_to``.
 
         Parameters
         ----------
@@ -267,7 +267,7 @@ class Mass(Block):
         return Rigid(self.mass, 0.0, self.start, None)
 
     def welded_to(self, other: Block, name: str) -> Replacement | None:
-        """Make one body of this one and another that cannot move against it; see :meth:`Block.welded_to`.
+        """Make one body of this one and another that cannot move against it; see ``Block.welded_to``.
 
         Parameters
         ----------

@@ -40,7 +40,7 @@ class StateRun:
     unit : str
         SI unit.
     energy : str
-        Kind of energy stored, such as ``"kinetic"`` or ``"strain"``; :data:`NO_ENERGY` for a state with a row of
+        Kind of energy stored, such as ``"kinetic"`` or ``"strain"``; ``NO_ENERGY`` for a state with a row of
         zeros in E.
     positions : numpy.ndarray
         Place of each state along the block, shape (n,), m from its start.
@@ -83,7 +83,7 @@ class Piece:
         line, one row.
     frame : AngleRows, Attitude, Anchor or None
         Orientation of the frame, one row; in space its attitude; that of another anchor of the block; ``None`` for the
-        port's own anchor, :data:`FIXED` for the fixed frame.
+        port's own anchor, ``FIXED`` for the fixed frame.
     line : int or None
         The line of the block along which the output points, if it points along a line.
     """
@@ -208,7 +208,7 @@ class Form:
     loads : mapping of str to sequence of Piece
         What answers the exposures of the block's own whose port is no place to be joined at, by name of that port:
         an input u enters the state equations as the sum of ``output^T Lambda(frame)^T u``. For a load that follows
-        the material frame is :data:`FIXED`.
+        the material frame is ``FIXED``.
     kinematics : Triplets
         Rates of the states of the configuration from the states, shape (size, size), those of lines left out.
     holds : sequence of Hold

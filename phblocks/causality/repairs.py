@@ -31,7 +31,7 @@ class Cost:
         Stiffness added, N/m or N m/rad; ``None`` if the parts stay as stiff as they were.
     frequency : float or None
         Highest frequency that the added stiffness or mass brings, rad/s, each joint for itself; see
-        :mod:`phblocks.causality.compliance` for how both are chosen.
+        ``phblocks.causality.compliance`` for how both are chosen.
     mass : float or None
         Mass added, kg; ``None`` if the parts weigh what they did.
     demands : int

@@ -164,8 +164,8 @@ class CausalityReport:
         ------
         CausalityError
             Naming the junctions, every port on them, and what to change. Of a class of its own where all is of one
-            kind: :class:`DanglingPortError`, :class:`OverdeterminedError`, :class:`UnderdeterminedError`,
-            :class:`HeldPortError`.
+            kind: ``DanglingPortError``, ``OverdeterminedError``, ``UnderdeterminedError`` or
+            ``HeldPortError``.
         """
         if self.ok:
             return

@@ -83,12 +83,12 @@ def write(matrices: Matrices, path: str | os.PathLike[str]) -> tuple[Path, ...]:
 
 
 def read(path: str | os.PathLike[str]) -> Matrices:
-    """Read a file written by :func:`write`; nothing in it is executed.
+    """Read a file written by :func:`phblocks.export.write`; nothing in it is executed.
 
     Parameters
     ----------
     path : str or os.PathLike
-        The path that was given to :func:`write`.
+        The path that was given to :func:`phblocks.export.write`.
 
     Returns
     -------

@@ -54,7 +54,7 @@ def diagram(
     Parameters
     ----------
     diagram : Diagram or CausalityReport
-        The diagram, or what :meth:`Diagram.check` said of it.
+        The diagram, or what :meth:`phblocks.Diagram.check` said of it.
     path : str or path-like, optional
         Where to write the figure: by suffix ``.svg`` or ``.png`` (200 dots an inch).
     ax : matplotlib.axes.Axes, optional

@@ -15,11 +15,11 @@ class DiscreteGradient:
     """Midpoint rule with Gonzalez' discrete gradient: second order, keeps the balance of any energy exactly.
 
     Where the energy is quadratic it is the implicit midpoint rule, ``Midpoint``. Elsewhere the co-energy variables
-    over a step are not the gradient at the midpoint m but, with ``d = x_{n+1} - x_n``,
+    over a step are not the gradient at the midpoint m but, with ``d = x_{n+1} - x_n``::
 
         z = grad H(m) + (H(x_{n+1}) - H(x_n) - grad H(m)^T d) / |d|^2 d,
 
-    so that ``z^T d = H(x_{n+1}) - H(x_n)`` whatever the step. |d| is measured in units in which the Hessian at the
+    so that ``z^T d = H(x_{n+1}) - H(x_n)`` whatever the step. ``|d|`` is measured in units in which the Hessian at the
     start has a diagonal of ones. Newton's method uses the exact derivative, from gradient and Hessian.
 
     Conserved: the balance of any energy. Cost of a step: 3 to 5 iterations, each with a Jacobian, the Hessians and a

@@ -88,6 +88,13 @@ def test_every_example_is_tested():
         ("duffing", 1),
         ("matrices_in_a_loop", 1),
         ("accuracy_and_time", 2),
+        ("flying_spaghetti", 1),
+        ("buckling_column", 2),
+        ("snap_through_arch", 1),
+        ("rotating_blade", 1),
+        ("truss_bridge", 1),
+        ("wave_absorber", 1),
+        ("falling_chain", 1),
     ],
 )
 def test_command_line(ran, name, figures):
@@ -285,6 +292,97 @@ def test_accuracy_and_time(ran, example):
     assert found.cheapest.seconds == min(slower.column("seconds"))
     assert found.orders.order == pytest.approx(2.0, abs=0.3)
     assert f"cheapest to {module.TOLERANCE:g} m:" in ran("accuracy_and_time").printed
+
+
+# Large motions and loss of stability
+
+
+def test_flying_spaghetti(ran, references, example):
+    command, module = ran("flying_spaghetti"), example("flying_spaghetti")
+    found, known = command.result, references["flying_spaghetti_2d"]
+    for time, ends in found.ends.items():
+        np.testing.assert_array_equal(
+            module.REFERENCE[time], [known[f"t={time:g}"][e] for e in ("loaded_end", "other_end")]
+        )
+        assert np.abs(ends - module.REFERENCE[time]).max() < known["tolerance"]
+    assert found.energy_drift < 1e-11 * found.solution.energy.supplied[-1]
+    assert 1e-3 < np.abs(found.momentum - [20.0, 0.0]).max() < 1.1e-2  # kept to second order only
+    assert f"{found.solution.energy.supplied[-1]:.4f} J" in command.printed
+
+
+def test_buckling_column(ran, example):
+    """Southwell's line and the elastica; both are those of slender columns (L/h = 200)."""
+    command, module = ran("buckling_column"), example("buckling_column")
+    found = command.result
+    np.testing.assert_allclose(found.frequencies, found.theory, rtol=1e-3)
+    assert abs(module.EULER - 431.8) < 0.05  # pi^2 * 2.1e11 * 0.02 * 0.005^3 / 12
+    assert found.shortening[-1] == pytest.approx(found.elastica, rel=1e-3)
+    assert module.elastica(1.0 + 1e-9) == pytest.approx(0.0, abs=1e-6)
+    before = found.force < 0.9
+    assert np.abs(found.shortening[before]).max() < 1e-3 < 0.4 < found.shortening[-1]
+    assert f"{found.shortening[-1]:.5f} m" in command.printed
+
+
+def test_snap_through_arch(ran):
+    """A moved crown has a limit of force; a loaded one jumps there, 0.8 % above as the load grows on."""
+    command = ran("snap_through_arch")
+    found = command.result
+    assert found.moved.status.ok and found.loaded.status.ok
+    assert found.limit == pytest.approx(2948.0, rel=2e-3)  # 2947.1 N with less drag
+    assert found.limit < found.snap < 1.02 * found.limit
+    trough = found.path[(found.path[:, 0] > 0.03) & (found.path[:, 0] < 0.06), 1].min()
+    assert trough < 0.55 * found.limit
+    energy = found.loaded.energy
+    assert energy.supplied[-1] == pytest.approx(energy.total[-1] + energy.dissipated[-1], rel=1e-11)
+    # the work under the curve of the moved crown is what the arch stores there
+    work = np.trapezoid(found.path[:, 1], found.path[:, 0])
+    assert work == pytest.approx(found.moved.energy.supplied[-1], rel=5e-3)
+    assert f"{found.limit:.1f} N" in command.printed
+
+
+def test_rotating_blade(ran, example):
+    """Known values have four digits and are those of a blade without shear, rotary inertia and stretch."""
+    command, module = ran("rotating_blade"), example("rotating_blade")
+    found = command.result
+    np.testing.assert_allclose(found.frequencies["full"], module.KNOWN, rtol=1e-3)
+    np.testing.assert_allclose(found.frequencies["second order"], found.frequencies["full"], rtol=5e-4)
+    assert found.frequencies["full"][-1] > 1.4 * found.still
+    assert np.isnan(found.linear[-1]) and found.refusal.startswith("[PH403]")
+    assert found.refusal in command.printed
+
+
+def test_truss_bridge(ran):
+    """Pinned bars only pull and push; that they vibrate themselves takes more from each higher mode."""
+    command = ran("truss_bridge")
+    found = command.result
+    off = 1.0 - 2.0 * np.pi * found.modes.hertz / found.plain
+    np.testing.assert_allclose(off, [0.0098, 0.031, 0.097], rtol=0.03)
+    assert len(found.system.constraint_names) == 1  # of the roller
+    assert f"{found.modes.hertz[0]:.4f}" in command.printed
+
+
+def test_wave_absorber(ran):
+    command = ran("wave_absorber")
+    for run in command.result.values():
+        assert run.reflected == pytest.approx(run.expected, abs=2e-3)
+        assert run.absorbed == pytest.approx(1.0 - run.expected**2, abs=1e-3)
+        assert run.solution.system.linear
+        assert run.solution.max_power_balance_error < 1e-12 * run.solution.energy.supplied[-1]
+    assert f"{command.result['Z'].absorbed:.4f}" in command.printed
+
+
+def test_falling_chain(ran, example):
+    """Faster than a stone, as one without friction should be; links of finite length are a little slower in the end."""
+    command, module = ran("falling_chain"), example("falling_chain")
+    found = command.result
+    for fallen, off in ((0.5, 0.01), (1.0, 0.02), (1.4, 0.05)):
+        speed = np.interp(fallen, found.fallen[:1000], found.speed[:1000])
+        assert speed == pytest.approx(module.theory(fallen), rel=off)
+        assert speed > np.sqrt(2.0 * 9.81 * fallen)
+    assert found.speed.max() > 15.0
+    assert found.energy_drift < 1e-10
+    assert not found.solution.system.constraint_names
+    assert f"{found.speed.max():.1f} m/s" in command.printed
 
 
 # The Duffing oscillator

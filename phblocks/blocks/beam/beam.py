@@ -365,12 +365,12 @@ class Beam(Block):
         return RigidLine(self.placement.start, self.start_angle, self.curvature, self.length, coefficients)
 
     def effects(self, form: Form) -> Mapping[str, Ints]:
-        """List the effects that the beam has and could leave out; see :meth:`Block.effects`.
+        """List the effects that the beam has and could leave out; see ``Block.effects``.
 
         Parameters
         ----------
         form : Form
-            What :meth:`reduced_form` made of the beam.
+            What ``reduced_form`` made of the beam.
 
         Returns
         -------
@@ -389,12 +389,12 @@ class Beam(Block):
         return found
 
     def left_out(self, form: Form) -> Mapping[str, int]:
-        """List the effects that are left out on request; see :meth:`Block.left_out`.
+        """List the effects that are left out on request; see ``Block.left_out``.
 
         Parameters
         ----------
         form : Form
-            What :meth:`reduced_form` made of the beam.
+            What ``reduced_form`` made of the beam.
 
         Returns
         -------
