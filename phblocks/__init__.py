@@ -27,10 +27,11 @@ from phblocks.diagram import Diagram, load
 from phblocks.effects import Effect, EffectsReport
 from phblocks.errors import PhblocksError
 from phblocks.files.access import read
-from phblocks.files.stored import SavedRun
+from phblocks.files.saved import SavedRun
 from phblocks.files.stream import Stream
 from phblocks.nesting import Nested
 from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
+from phblocks.results.health import Health, Limits
 from phblocks.results.solution import Solution
 from phblocks.resumption import resume
 from phblocks.simulation import simulate
@@ -42,6 +43,7 @@ from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.newton import ModifiedNewton, Newton
 from phblocks.solvers.scipy_ivp import ScipyIVP
 from phblocks.system import State, System
+from phblocks.system.stability import StabilityCard
 
 __all__ = [
     "ELECTRICAL",
@@ -69,7 +71,9 @@ __all__ = [
     "Force",
     "GaussLegendre",
     "Gyrator",
+    "Health",
     "Inductor",
+    "Limits",
     "LineLoad",
     "LinearlyImplicit",
     "Mass",
@@ -92,6 +96,7 @@ __all__ = [
     "Slider",
     "Solution",
     "Spring",
+    "StabilityCard",
     "State",
     "Stream",
     "System",

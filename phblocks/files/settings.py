@@ -55,6 +55,11 @@ class Settings:
     max_halvings: int
     adaptive: Adaptive | None
 
+    @property
+    def keeps_energy(self) -> bool:
+        """Whether the method promises the balance of energy; those that choose their own steps do not."""
+        return not isinstance(self.method, Integrator) and not getattr(self.method, "allow_energy_error", False)
+
     def text(self) -> dict[str, Any]:
         """Describe them by texts and numbers.
 
@@ -64,6 +69,7 @@ class Settings:
             For JSON.
         """
         described = {"method": _described(self.method), "adaptive": _described(self.adaptive)}
+        described["keeps_energy"] = self.keeps_energy
         return {**dataclasses.asdict(self.schedule), "max_halvings": int(self.max_halvings), **described}
 
     @classmethod

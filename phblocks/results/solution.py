@@ -18,7 +18,9 @@ from phblocks.errors import ArgumentTypeError, DataError, ForeignBlockError, Unk
 from phblocks.frames import rotate
 from phblocks.ports import Anchor, Place
 from phblocks.results.ends import Ends
-from phblocks.results.kinematics import Base, bases, history_of
+from phblocks.results.gaps import held_at, joint_gaps
+from phblocks.results.health import Limits
+from phblocks.results.kinematics import Base, Chords, bases, history_of
 from phblocks.results.labels import Labels
 from phblocks.results.readings import Readings
 from phblocks.results.recording import Recording
@@ -45,12 +47,15 @@ class Solution(Readings):
         How the run ended.
     statistics : Statistics
         What it took.
+    limits : Limits, optional
+        What its health is judged by.
     """
 
     system: System
     recording: Recording
     status: Status
     statistics: Statistics
+    limits: Limits = Limits()
 
     def at(self, time: float) -> State:
         """Return everything that evolves at a saved time, to start again from or to linearise about.
@@ -313,19 +318,7 @@ class Solution(Readings):
             For each joint the largest distance between what it joins, shape (times,), m; by the anchors, a slider by
             its name.
         """
-        gaps = {}
-        for site in self.system.sites:
-            spots = self._spots(site, source)
-            pairs = [np.linalg.norm(a - b, axis=1) for i, a in enumerate(spots) for b in spots[:i]]
-            gaps[site.name] = np.max(pairs, axis=0)
-        for guide in self.system.guides:
-            span = self._spots(guide.second, source)[0] - self._spots(guide.first, source)[0]
-            if guide.anchor is not None:
-                places, weights, reference = self.system.anchor_angles[guide.anchor]
-                span = rotate(-(reference + self.recording.theta[:, places] @ weights), span)
-            across = span @ guide.across.T
-            gaps[guide.name] = np.linalg.norm(across - across[0], axis=1)
-        return gaps
+        return joint_gaps(self.system, self.recording, lambda site: self._spots(site, source))
 
     def animate(
         self,
@@ -398,10 +391,7 @@ class Solution(Readings):
     def _spots(self, site: Site, source: Source) -> list[Floats]:
         """Where all that is joined at a site has gone."""
         spots = [self.position(name, place, source=source) for name, place in site.places]
-        if site.known:
-            moved = self.recording.input_integral[:, list(site.inputs)] if site.inputs else np.zeros(site.start.size)
-            spots.append(np.broadcast_to(site.start + moved, (self.t.size, site.start.size)))
-        return spots
+        return spots + held_at(site, self.recording)
 
     def _from_fixed(self, vector: Floats, target: Target, s: Place | None, frame: Frame) -> Floats:
         """Components in the frame asked for, of a vector in the fixed one."""
@@ -424,7 +414,7 @@ class Solution(Readings):
 
     @cached_property
     def _bases(self) -> Mapping[str, Base]:
-        return bases(self.system, self.recording)
+        return bases(Chords(self.system, self.recording))
 
     def _history(self, part: Part) -> History:
         return history_of(self.system, self.recording, part)

@@ -24,6 +24,7 @@ from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.omission import kept_coefficients, kept_damping, without_energy
 from phblocks.blocks.beam.spaces import gauss
 from phblocks.blocks.beam.tensors import component_index
+from phblocks.blocks.centreline import Centreline
 from phblocks.blocks.form import AngleRows, Form, History, MaterialPoints, Piece, PortForm, Profile
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.frames import QUARTER, rotate
@@ -106,6 +107,40 @@ class BeamForm(Form):
             Equally spaced from start to end.
         """
         return tuple(np.linspace(0.0, 1.0, 21).tolist())
+
+    def centreline(self) -> Centreline:
+        """Describe the reference line at the points of quadrature; see :meth:`Form.centreline`.
+
+        Returns
+        -------
+        Centreline
+            Of constant matrices.
+        """
+        mesh, (elements, xi, weight) = self.mesh, quadrature(self.mesh)
+        strain = tuple(
+            field_triplets(mesh, "N", d, elements, xi).scaled(self.compliance[component_index("N", d)])
+            for d in mesh.space.translation
+        )
+        h, length = mesh.lengths[elements], float(mesh.boundaries[-1])
+        place = mesh.boundaries[elements] + xi * h
+        known = np.array([mesh.segments[mesh.segment_of(int(e))].variant.velocity for e in range(mesh.lengths.size)])
+        broken = np.where(known[elements], 0.0, 1.0)  # position is known by its mean only
+        first = self.rotation_states[0] if self.rotation_states.size else 0
+        if all(segment.variant.spin for segment in mesh.segments):
+            spin, lean = field_triplets(mesh, "W", 2, elements, xi), Triplets.empty()
+        else:
+            spin, lean = (Triplets.from_coo(rows.tocoo()) for rows in angle_rows(mesh, elements, xi))
+        return Centreline(
+            strain=strain,
+            spin=spin.shifted(0, -first),
+            lean=lean.scaled(self.compliance[component_index("M", 2)]),
+            reference=self.start_angle + self.curvature * place,
+            place=place,
+            weight=weight,
+            arm=place + broken * h * (0.5 - xi),
+            kernel=0.5 * (place * (length - place) - broken * h**2 * xi * (1.0 - xi)),
+            length=length,
+        )
 
     def value(self, history: History, name: str, place: Place) -> Floats:
         """Read a component of a field; see :meth:`Form.value`.
