@@ -95,8 +95,8 @@ def simulate(
         Write the run to this file while it goes on, with checkpoints for :func:`phblocks.resume`, and keep only the
         current chunk in memory; needs h5py. See :class:`~phblocks.files.stream.Stream`.
     limits : Limits, optional
-        Above which numbers of ``solution.health`` a run that reached its end is warned of; ``Limits()`` by default, with
-        1e-2 for the balance if the method does not keep energy.
+        Above which numbers of ``solution.health`` a run that reached its end is warned of; ``Limits()`` by default,
+        with 1e-2 for the balance if the method does not keep energy.
 
     Returns
     -------

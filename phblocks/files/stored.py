@@ -263,12 +263,14 @@ class Stored:
         for number, count in enumerate(counts):
             here = wanted[(wanted >= first) & (wanted < first + count)] - first
             first += count
+            if not here.size:
+                continue
             if number < len(self.files):
                 with reading(self.files[number]) as file:
                     parts.append(file[path][here])
             else:
                 parts.append(self.pending[path][here])
-        return np.concatenate(parts)[order]
+        return np.concatenate(parts)[order] if parts else self.array(name)[:0]
 
     def _extents(self, name: str) -> list[int]:
         """Entries of a series in each file, and in memory."""

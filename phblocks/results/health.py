@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from phblocks.errors import ArgumentTypeError, DataError, HealthWarning
+from phblocks.errors import ArgumentTypeError, DataError, HealthWarning, PhblocksError
 from phblocks.results.chords import position_gaps
 from phblocks.results.gaps import sizes
 from phblocks.results.momentum import free_bodies, momentum_drift
@@ -24,15 +24,20 @@ if TYPE_CHECKING:
     from phblocks.results.readings import Readings
     from phblocks.results.solution import Solution
 
+BALANCE = "energy balance"
 GAP, CLOSURE = "gap of strain and configuration", "closure of joints"
 LINEAR, ANGULAR = "linear momentum of free bodies", "angular momentum of free bodies"
 #: Saved times at which positions are compared, evenly spread: these cost a fixed time a run.
 TIMES = 33
 #: Of methods that do not keep energy a balance as good as this is expected.
 DRIFT = 1e-2
-#: Multipliers that are smaller than this part of the largest do not matter, nor do those that are smaller than this part
-#: of what would move all the energy there is within a step.
+#: Multipliers that are smaller than this part of the largest do not matter, nor do those that are smaller than this
+#: part of what would move all the energy there is within a step.
 MINOR, QUIET = 0.05, 1e-6
+#: Energies below this part of weight times height are lost in its round-off.
+LIGHT = 1e-6
+#: Shorter runs are judged by their balance only.
+FEWEST = 20
 #: All is held by joints where the energy is smaller than this, relative to what their forces could move in a step.
 HELD = 1e-20
 
@@ -154,8 +159,11 @@ class Health:
 
     @cached_property
     def watched(self) -> Findings:
-        """What is looked at after every run."""
-        return Findings([*self._of_steps(), *_of_positions(self._run, self.limits)])
+        """What is looked at after every run; in runs of less than 20 steps only balances have a limit."""
+        findings = [*self._of_steps(), *_of_positions(self._run, self.limits)]
+        if self._run.statistics.steps < FEWEST:
+            findings = [f if f.name.startswith(BALANCE) else replace(f, limit=None) for f in findings]
+        return Findings(findings)
 
     @cached_property
     def findings(self) -> Findings:
@@ -221,12 +229,13 @@ class Health:
         """What the sums over all steps and the counts tell."""
         run, limits = self._run, self.limits
         sums, statistics = run.recording.sums, run.statistics
-        energy, step, whole = (0.0 if self._held else float(e) for e in sums.energy)
+        energy, step, whole, weight = (0.0 if self._held else float(e) for e in sums.energy)
+        energy = max(energy, LIGHT * weight)
         iterations = statistics.newton_iterations
         steps = max(int(statistics.steps), 1)
         return [
             Finding(
-                "energy balance, worst step",
+                f"{BALANCE}, worst step",
                 _ratio(step, energy),
                 limit=limits.balance,
                 where=run.power.worst[0],
@@ -234,11 +243,11 @@ class Health:
                 advice="Make Newton's tolerance smaller; methods that do not keep energy need a smaller dt.",
             ),
             Finding(
-                "energy balance, whole run",
+                f"{BALANCE}, whole run",
                 _ratio(whole, energy),
                 limit=limits.balance,
                 time=float(sums.when[1]),
-                advice="Residuals of steps add up: make Newton's tolerance smaller, or take a method that keeps energy.",
+                advice="Residuals of steps add up: make Newton's tolerance smaller, or use a method that keeps energy.",
             ),
             self._unresolved(),
             *([self._alternation()] if sums.multipliers.size else []),
@@ -278,8 +287,8 @@ class Health:
             float(part[worst]),
             limit=self.limits.alternation,
             where=run.labels.state_names[sums.multipliers[worst]],
-            advice="Its constraint is met in the middle of steps only, because an imposed velocity jumps or dt is far too "
-            "long: make it smooth, or take a smaller dt.",
+            advice="Its constraint is met in the middle of steps only, because an imposed velocity jumps or dt is far "
+            "too long: make it smooth, or take a smaller dt.",
         )
 
 
@@ -357,8 +366,11 @@ def _of_frequencies(run: Readings) -> Sequence[Finding]:
     if system is None or run.statistics.steps == 0:
         return []
     last = State(run.recording.x[-1], run.recording.theta[-1], run.recording.points[-1])
-    card = stability_card(system, float(run.t[-1] - run.t[0]) / run.statistics.steps, last)
     wanted = ("h omega_max", "unresolved modes, h omega > 1", "condition of the Newton matrix")
+    try:
+        card = stability_card(system, float(run.t[-1] - run.t[0]) / run.statistics.steps, last)
+    except PhblocksError as error:  # there is no linearisation at the end of the run
+        return [Finding(name, None, advice=str(error)) for name in wanted]
     return [card.findings[name] for name in wanted]
 
 

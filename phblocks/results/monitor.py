@@ -21,8 +21,9 @@ class Sums:
     Parameters
     ----------
     energy : numpy.ndarray
-        Shape (3,), J: the largest energy that was stored, supplied, dissipated or moved by gravity; the largest
-        residual of the balance of any step; the largest residual since the start.
+        Shape (4,), J: the largest energy that was stored, supplied, dissipated or moved by gravity; the largest
+        residual of the balance of any step; the largest residual since the start; weight times place at the start,
+        whose round-off is in the residuals.
     when : numpy.ndarray
         Shape (2,), s: when these two residuals were met.
     held : numpy.ndarray
@@ -62,7 +63,8 @@ class Sums:
         """
         blocks, multipliers = np.zeros(len(system.parts)), multipliers_of(system)
         none = np.zeros(multipliers.size)
-        return cls(np.zeros(3), np.zeros(2), blocks, blocks.copy(), multipliers, none, none.copy())
+        weight = float(system.point_mass @ np.abs(system.start.points @ system.gravity))
+        return cls(np.array([0.0, 0.0, 0.0, weight]), np.zeros(2), blocks, blocks.copy(), multipliers, none, none.copy())
 
     @classmethod
     def of(cls, arrays: Mapping[str, Any]) -> Sums:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -55,7 +55,7 @@ class Solution(Readings):
     recording: Recording
     status: Status
     statistics: Statistics
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
 
     def at(self, time: float) -> State:
         """Return everything that evolves at a saved time, to start again from or to linearise about.

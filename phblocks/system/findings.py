@@ -44,7 +44,7 @@ class Finding:
 
     @property
     def verdict(self) -> Verdict:
-        """ "over" the limit or "ok", "noted" without a limit, "unknown" without a value."""
+        """One of "over" (above the limit), "ok", "noted" (without a limit) and "unknown" (without a value)."""
         if self.value is None:
             return "unknown"
         if self.limit is None:

@@ -32,6 +32,8 @@ CONDITION = 1e13
 SMALL = 60
 #: Frequencies below this part of the largest are rigid motions.
 ZERO = 1e-9
+#: How often a shift is tried, and how far from it, relative.
+TRIES, NEXT = 8, 1e-7
 #: The largest gap of steady spin that is expected without a word, relative to the length.
 GAP = 0.01
 
@@ -275,6 +277,7 @@ def _counted(system: System, at: State, dt: float) -> tuple[float | None, int | 
     kept = np.flatnonzero(system.carries_energy)
     E = sp.csc_array(system.E[kept][:, kept])
     J = sp.csc_array(system.J(at.x, at.theta)[kept][:, kept])
+    J.eliminate_zeros()
     start = np.random.default_rng(0).standard_normal(kept.size).astype(complex)
     (highest,) = eigsh(-1j * J, 1, M=E.astype(complex), which="LA", v0=start, tol=1e-6, return_eigenvectors=False)
     return float(highest), _count_above(E, J, ZERO * highest), _count_above(E, J, 1.0 / dt)
@@ -283,17 +286,18 @@ def _counted(system: System, at: State, dt: float) -> tuple[float | None, int | 
 def _count_above(E: sp.csc_array, J: sp.csc_array, shift: float) -> int | None:
     """How many eigenvalues of ``-1j J w = omega E w`` exceed a shift: Sylvester's law of inertia.
 
-    ``None`` where the factorisation had to leave the diagonal.
+    ``None`` where factorisations leave the diagonal, on which a pivot may vanish; next to the shift it does not.
     """
-    factor = splu(
-        sp.csc_array(-1j * J - shift * E),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    if not np.array_equal(factor.perm_r, factor.perm_c):
-        return None
-    return int((factor.U.diagonal().real > 0.0).sum())
+    for attempt in range(TRIES):
+        factor = splu(
+            sp.csc_array(-1j * J - (1.0 + NEXT * attempt) * shift * E),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        if np.array_equal(factor.perm_r, factor.perm_c):
+            return int((factor.U.diagonal().real > 0.0).sum())
+    return None
 
 
 def _number(count: int | None) -> float | None:
