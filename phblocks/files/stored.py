@@ -266,8 +266,8 @@ class Stored:
             if not here.size:
                 continue
             if number < len(self.files):
-                with reading(self.files[number]) as file:
-                    parts.append(file[path][here])
+                with reading(self.files[number]) as file:  # h5py selects nothing from what has no entries
+                    parts.append(file[path][here] if file[path].size else file[path][:][here])
             else:
                 parts.append(self.pending[path][here])
         return np.concatenate(parts)[order] if parts else self.array(name)[:0]

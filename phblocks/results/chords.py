@@ -183,8 +183,8 @@ class AllChords(Chords):
         Returns
         -------
         blocks : mapping of str to numpy.ndarray
-            For each block that strain deforms the larger of the gaps at its two ends, shape (times,), m: that of the
-            centre plus and minus half of that of the chord. Empty if positions were not kept.
+            For each block that strain deforms the larger of the gaps at its two ends since the first time, shape
+            (times,), m: that of the centre plus and minus half of that of the chord. Empty if positions were not kept.
         joints : mapping of str to numpy.ndarray
             See :meth:`phblocks.results.solution.Solution.closure`.
         """
@@ -211,7 +211,8 @@ class AllChords(Chords):
                 start = base[name].position + self.between(system.part(name), base[name].place, ENDS[0])
                 off = mean[:, b] - start - centre[:, b]
                 both = np.stack([off - half[:, b], off + half[:, b]])
-                blocks[name] = np.linalg.norm(both, axis=2).max(axis=0)
+                gap = np.linalg.norm(both, axis=2).max(axis=0)
+                blocks[name] = np.maximum(gap - gap[0], 0.0)  # at the start it is what quadrature makes of an arc
         return blocks, joints
 
 

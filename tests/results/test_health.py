@@ -205,39 +205,31 @@ def test_halvings_are_counted(four_bar):
 # Positions
 
 
-@pytest.mark.parametrize(
-    "ends", [("free", "free"), ("pinned", "free"), ("clamped", "free"), ("clamped", "clamped"), ("guided", "pinned")]
-)
-@pytest.mark.parametrize(("elements", "degree"), [(1, 1), (3, 1), (2, 2)])
-def test_gaps_of_all_at_once_are_those_of_one_after_the_other(ends, elements, degree):
-    """In every causality: what strain and what velocity say of centre and chord, against read-outs place by place."""
+@pytest.mark.parametrize(("elements", "degree"), [(3, 1), (2, 2)])
+@pytest.mark.parametrize("root", ["free", "pinned", "driven"])
+def test_gaps_of_all_at_once_are_those_of_one_after_the_other(root, elements, degree):
+    """In several causalities: what strain and velocity say of centre and chord, against read-outs place by place."""
     d = ph.Diagram("one")
-    beam = d.add(ph.Beam("beam", SOFT, (0.2, 0.1), (1.1, 0.5), elements, degree=degree, causality=ends, curvature=0.4))
-    try:
-        for anchor, end in zip((beam.start, beam.end), ends, strict=True):
-            if end == "clamped":
-                d.weld(anchor, d.ground)
-            elif end == "pinned":
-                d.pin(anchor, d.ground)
-        system = d.compile()
-    except ph.PhblocksError as error:  # pragma: no cover
-        pytest.skip(str(error))
-    x = np.random.default_rng(1).standard_normal(system.n)
-    states = ph.State(0.05 * x / np.sqrt(system.E.diagonal()), system.start.theta, system.start.points)
-    solution = ph.simulate(system, 0.6, 0.05, start=states, limits=QUIET)
-    blocks, _ = position_gaps(system, solution.recording)
-    # by trapezoids: the vectors of phblocks.results.chords, from 2001 places
-    s = np.linspace(0.0, 1.0, 801)
-    of = {
-        source: np.array([solution.position(beam, float(at), source=source) for at in s])
-        for source in ("strain", "velocity")
-    }
-    apart = of["velocity"] - of["strain"]
-    centre = np.trapezoid(apart, s, axis=0)
-    chord = 12.0 * np.trapezoid((s - 0.5)[:, None, None] * apart, s, axis=0)
-    expected = np.max([np.linalg.norm(centre + sign * 0.5 * chord, axis=1) for sign in (1, -1)], axis=0)
-    assert expected.max() > 1e-5
-    np.testing.assert_allclose(blocks["beam"], expected, atol=0.02 * expected.max() + 2e-6)
+    beam = d.add(ph.Beam("beam", SOFT, (0.2, 0.1), (1.1, 0.5), elements, degree=degree, curvature=0.4))
+    if root != "free":
+        d.pin(beam.start, d.ground)
+    if root == "driven":
+        d.expose(beam.start.rotation, "drive", imposes="angular velocity")
+    system = d.compile(outputs="all")
+    begin = system.rigid_motion(spin=6.0, about=(0.2, 0.1))
+    inputs = {"drive": 6.0} if root == "driven" else None
+    solution = ph.simulate(system, 0.6, 0.05, start=begin, inputs=inputs, limits=QUIET).sliced(np.array([0, 4, 8, 12]))
+    found = position_gaps(system, solution.recording)[0]["beam"]
+    s = np.linspace(0.0, 1.0, 61)  # by trapezoids, the vectors of phblocks.results.chords
+    by_velocity, by_strain = (
+        np.array([solution.position(beam, float(at), source=source) for at in s]) for source in ("velocity", "strain")
+    )
+    apart = by_velocity - by_strain
+    centre, chord = np.trapezoid(apart, s, axis=0), 12.0 * np.trapezoid((s - 0.5)[:, None, None] * apart, s, axis=0)
+    by_hand = np.max([np.linalg.norm(centre + sign * 0.5 * chord, axis=1) for sign in (1, -1)], axis=0)
+    by_hand = np.maximum(by_hand - by_hand[0], 0.0)
+    assert by_hand.max() > 2e-3
+    np.testing.assert_allclose(found, by_hand, atol=0.06 * by_hand.max())
 
 
 def test_gap_of_a_spinning_beam(four_bar):
@@ -340,7 +332,11 @@ def test_what_something_acts_on_is_not_free(four_bar):
     d.connect(spring.second, d.ground.rotation)
     d.free(loose.start, loose.end)
     system = d.compile(outputs="all")
-    assert [body.blocks for body in free_bodies(system)] == [("loose",)]
+    # a torsion spring on the ground takes the angular momentum of what hangs on it, the linear one it leaves alone
+    assert {body.blocks: body.spin is None for body in free_bodies(system)} == {
+        ("loose",): False,
+        ("tied", "spring"): True,
+    }
     assert not free_bodies(four_bar(gravity=None).compile())
     for change in ("gravity", "load", "drag"):
         d = ph.Diagram(change, gravity=(0.0, -9.81) if change == "gravity" else None)
@@ -441,6 +437,8 @@ def test_a_run_on_disk_has_the_same_health(tmp_path, save_every, chunk):
     for one, two in itertools.product([solution], [written, ph.read(tmp_path / "run.h5", system)]):
         for a, b in zip(one.health.findings, two.health.findings, strict=True):
             assert a.name == b.name and a.where == b.where
+            if a.name.startswith("Newton"):  # begins anew with every chunk
+                continue
             assert a.value == pytest.approx(b.value, rel=1e-6, abs=1e-12), a.name
     alone = ph.read(tmp_path / "run.h5").health
     assert alone["unresolved share of energy"].value == pytest.approx(

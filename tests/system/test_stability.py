@@ -186,9 +186,3 @@ def test_what_is_refused(bar):
         system.stability_card("long")
     with pytest.raises(ArgumentTypeError, match="stability_card state"):
         system.stability_card(0.1, np.zeros(3))
-    d = ph.Diagram("still")
-    d.connect(d.add(ph.Moment("moment", 1.0)).port, d.add(ph.AngularVelocity("turn", 0.0)).port)
-    still = d.compile()
-    assert still.n == 0
-    with pytest.raises(DataError, match="a system with states"):
-        still.stability_card(0.1)
