@@ -57,8 +57,9 @@ class Settings:
 
     @property
     def keeps_energy(self) -> bool:
-        """Whether the method promises the balance of energy; those that choose their own steps do not."""
-        return not isinstance(self.method, Integrator) and not getattr(self.method, "allow_energy_error", False)
+        """Whether the method promises the balance of energy: those here do that do not choose their own steps."""
+        promises = type(self.method).__name__ in KNOWN and not isinstance(self.method, Integrator)
+        return promises and not getattr(self.method, "allow_energy_error", False)
 
     def text(self) -> dict[str, Any]:
         """Describe them by texts and numbers.

@@ -64,7 +64,9 @@ class Sums:
         blocks, multipliers = np.zeros(len(system.parts)), multipliers_of(system)
         none = np.zeros(multipliers.size)
         weight = float(system.point_mass @ np.abs(system.start.points @ system.gravity))
-        return cls(np.array([0.0, 0.0, 0.0, weight]), np.zeros(2), blocks, blocks.copy(), multipliers, none, none.copy())
+        return cls(
+            np.array([0.0, 0.0, 0.0, weight]), np.zeros(2), blocks, blocks.copy(), multipliers, none, none.copy()
+        )
 
     @classmethod
     def of(cls, arrays: Mapping[str, Any]) -> Sums:
@@ -126,6 +128,7 @@ class Monitor:
         self._last = np.zeros((0, self.sums.multipliers.size))
         self._before, self._t, self._residual = self._stored(start[None])[0], 0.0, 0.0
 
+    @np.errstate(all="ignore")  # energies may be too large for a number: the run then ends with a status
     def add(
         self, dt: Floats, residual: Floats, stored: Floats, totals: Mapping[str, Floats], x: Floats, z: Floats
     ) -> None:

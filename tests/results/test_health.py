@@ -1,10 +1,9 @@
-"""Health of runs: each number against one worked out by hand or with NumPy alone, and scenes that are sick are named."""
+"""Health of runs: each number against one worked out by hand or with NumPy alone; scenes that are sick are named."""
 
 import itertools
 import json
 import math
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -317,7 +316,7 @@ def test_momentum_of_free_beams_falls_with_the_square_of_the_step():
         assert by_hand.max() > 1e-4
 
 
-def test_momentum_that_is_lost_is_named(monkeypatch):
+def test_momentum_that_is_lost_is_named():
     """A coarse step of a fast tumble."""
     system = free()
     with pytest.warns(HealthWarning, match=r"linear momentum of free bodies: .* \(first \+ second, t = "):
