@@ -12,9 +12,10 @@ class Centreline:
     """How strain and orientation make a line, at its material points.
 
     Its tangent t is ``Lambda(angle) (e + strain x)`` with ``angle = reference + spin theta + lean x``, e the unit
-    vector along it. By parts, ``sum of weight (arm - length/2) r = sum of weight kernel t`` for the positions r of the points:
-    what strain says on the right, what velocity says on the left. Where position is known by its mean over an element
-    only, arm is the middle of the element for all its points; else arm is place and kernel ``s (length - s) / 2``.
+    vector along it. By parts, ``sum of weight (arm - length/2) r = sum of weight kernel t`` for the positions r of the
+    points: what strain says on the right, what velocity says on the left. Where position is known by its mean over an
+    element only, arm is the middle of the element for all its points; else arm is place and kernel ``s (length - s) /
+    2``.
 
     Parameters
     ----------

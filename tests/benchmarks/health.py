@@ -60,10 +60,8 @@ def rows(rounds: int = 5) -> list[list[str]]:
         step, sums, first, end = measure(system, steps, dt, rounds)
         share = (sums + end / steps) / step
         once = (sums + first / steps) / step
-        table.append(
-            [name, str(system.n), str(steps), f"{step:.3f}", f"{sums:.4f}", f"{end:.2f}", f"{first:.1f}"]
-            + [f"{100 * share:.1f} %", f"{100 * once:.1f} %"]
-        )
+        numbers = [f"{step:.3f}", f"{sums:.4f}", f"{end:.2f}", f"{first:.1f}"]
+        table.append([name, str(system.n), str(steps), *numbers, f"{100 * share:.1f} %", f"{100 * once:.1f} %"])
     return table
 
 
