@@ -8,6 +8,7 @@ between, with (2 j - 1) pi / 2 sqrt(EA / rho A) / L.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,7 +28,7 @@ BENDING = np.array(
 AXIAL = (np.arange(3) + 0.5) * np.pi * np.sqrt(SECTION.axial / SECTION.mass) / LENGTH
 
 
-def build(elements=16, degree=3):
+def build(elements: int = 16, degree: int = 3) -> tuple[ph.Diagram, ph.Beam]:
     """Draw the diagram; return it with its beam."""
     d = ph.Diagram("cantilever")
     beam = d.add(ph.Beam("beam", SECTION, start=(0.0, 0.0), end=(LENGTH, 0.0), elements=elements, degree=degree))
@@ -46,12 +47,12 @@ class Result:
     exact: np.ndarray  # frequencies, shape (n,), rad/s; NaN where none is known
 
     @property
-    def errors(self):
+    def errors(self) -> np.ndarray:
         """Relative errors of the frequencies, shape (n,)."""
-        return self.frequencies / self.exact - 1.0
+        return np.asarray(self.frequencies / self.exact - 1.0)
 
 
-def run(elements=16, degree=3, n=8):
+def run(elements: int = 16, degree: int = 3, n: int = 8) -> Result:
     """Find the lowest modes and tell axial ones from bending ones."""
     d, _ = build(elements, degree)
     system = d.compile()
@@ -66,12 +67,14 @@ def run(elements=16, degree=3, n=8):
     return Result(system, modes.frequencies, modes.shapes, axial, exact)
 
 
-def converge(degrees=(1, 2, 3), elements=(4, 8, 16, 32), n=3):
+def converge(
+    degrees: Sequence[int] = (1, 2, 3), elements: Sequence[int] = (4, 8, 16, 32), n: int = 3
+) -> dict[int, np.ndarray]:
     """Relative errors of the lowest n modes: degree -> array of shape (elements, n)."""
     return {k: np.abs([run(m, k, n).errors for m in elements]) for k in degrees}
 
 
-def tabulate(result, errors, elements=(4, 8, 16, 32)):
+def tabulate(result: Result, errors: dict[int, np.ndarray], elements: Sequence[int] = (4, 8, 16, 32)) -> str:
     """Format the numbers as tables."""
     lines = [f"{'mode':>4}  {'kind':<8}{'frequency (rad/s)':>18}{'exact (rad/s)':>16}{'relative error':>16}"]
     rows = zip(result.frequencies, result.axial, result.exact, result.errors, strict=True)
@@ -83,7 +86,7 @@ def tabulate(result, errors, elements=(4, 8, 16, 32)):
     return "\n".join(lines)
 
 
-def deflection(result, mode):
+def deflection(result: Result, mode: int) -> tuple[np.ndarray, np.ndarray]:
     """Transverse velocity of a mode along the beam: places (m) and values, of largest size 1."""
     across = [name.split(".")[1].startswith("V2") for name in result.system.state_names]
     place, value = result.system.state_positions[across], result.shapes[across, mode]
@@ -93,7 +96,9 @@ def deflection(result, mode):
     return place, value / np.abs(value).max()
 
 
-def draw(result, errors, out, elements=(4, 8, 16, 32)):
+def draw(
+    result: Result, errors: dict[int, np.ndarray], out: Path, elements: Sequence[int] = (4, 8, 16, 32)
+) -> list[Path]:
     """Write the figures; return their paths."""
     out.mkdir(parents=True, exist_ok=True)
     shapes, ax = plt.subplots(figsize=(7.0, 3.8), layout="constrained")
@@ -121,9 +126,9 @@ def draw(result, errors, out, elements=(4, 8, 16, 32)):
     return paths
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     parser.add_argument("--modes", type=int, default=8, help="how many")
     options = parser.parse_args(argv)

@@ -7,6 +7,7 @@ behind and swings. Prints speed, current and where the energy went, next to the 
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +21,7 @@ LENGTH = 0.6
 ARM = ph.Section.rectangle(width=0.03, height=0.003, young=7e10, poisson=0.33, density=2700.0, shear_factor=5.0 / 6.0)
 
 
-def build(elements=4, degree=2):
+def build(elements: int = 4, degree: int = 2) -> tuple[ph.Diagram, ph.Beam]:
     """Draw the diagram; return it with the arm."""
     d = ph.Diagram("motor and arm")
     source, earth = d.add(ph.Voltage("source", VOLTAGE)), d.add(ph.Reference("earth"))
@@ -49,7 +50,7 @@ class Result:
     energy_error: float  # supplied less stored and dissipated at the end, J
 
 
-def run(dt=0.0005, t_end=0.5):
+def run(dt: float = 0.0005, t_end: float = 0.5) -> Result:
     """Simulate and compare with the motor that turns a rigid arm."""
     d, arm = build()
     solution = ph.simulate(d.compile(), t_end=t_end, dt=dt)
@@ -65,17 +66,17 @@ def run(dt=0.0005, t_end=0.5):
     )
 
 
-def rigid_speed(t):
+def rigid_speed(t: np.ndarray) -> np.ndarray:
     """Speed of a rigid arm of the same inertia: two first-order equations, solved exactly."""
-    inertia = ARM.mass * LENGTH**3 / 3.0 + ARM.rotary[-1] * LENGTH
+    inertia = ARM.mass * LENGTH**3 / 3.0 + float(np.atleast_1d(ARM.rotary)[-1]) * LENGTH
     k = CONSTANT * RATIO
     A = np.array([[-RESISTANCE / INDUCTANCE, -k / INDUCTANCE], [k / inertia, 0.0]])
     values, vectors = np.linalg.eig(A)
     end = -np.linalg.solve(A, [VOLTAGE / INDUCTANCE, 0.0])
-    return (end[:, None] - (vectors * np.linalg.solve(vectors, end)) @ np.exp(np.outer(values, t)))[1].real
+    return np.asarray((end[:, None] - (vectors * np.linalg.solve(vectors, end)) @ np.exp(np.outer(values, t)))[1].real)
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     t, final = result.solution.t, VOLTAGE / (CONSTANT * RATIO)
     energy, blocks = result.solution.energy, result.solution.power.blocks
@@ -92,7 +93,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7.0, 5.0), layout="compressed")
@@ -109,9 +110,9 @@ def draw(result, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

@@ -8,6 +8,7 @@ after 1 s at three steps next to a reference.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,7 +26,7 @@ REFERENCE = np.array((-0.5202776458589, -1.9043987624111))
 STIFF = ph.Section(axial=1e8, shear=1e8, bending=1e6, mass=1.0, rotary=1e-9)
 
 
-def build_rigid():
+def build_rigid() -> tuple[ph.Diagram, list[ph.RigidBody]]:
     """Draw the pendulum of rigid bodies; return it with its bars."""
     d = ph.Diagram("rigid double pendulum", gravity=GRAVITY)
     bars = []
@@ -37,7 +38,7 @@ def build_rigid():
     return d, bars
 
 
-def build_flexible(elements=2, degree=2):
+def build_flexible(elements: int = 2, degree: int = 2) -> tuple[ph.Diagram, list[ph.Beam]]:
     """Draw the pendulum of beams; return it with its bars."""
     d = ph.Diagram("flexible double pendulum", gravity=GRAVITY)
     upper, lower = (
@@ -53,15 +54,15 @@ def build_flexible(elements=2, degree=2):
 class Result:
     """What the runs gave."""
 
-    rigid: dict  # step, s -> solution
-    flexible: dict  # step, s -> solution
+    rigid: dict[float, ph.Solution]  # step, s -> solution
+    flexible: dict[float, ph.Solution]  # step, s -> solution
     rigid_errors: np.ndarray  # of both angles after 1 s, shape (steps, 2), rad
     flexible_errors: np.ndarray  # the same of the beams
-    constraints: tuple  # names of the constraints of the rigid one
-    bars: list  # of the flexible one
+    constraints: tuple[str, ...]  # names of the constraints of the rigid one
+    bars: list[ph.Beam]  # of the flexible one
 
 
-def run(steps=STEPS):
+def run(steps: Sequence[float] = STEPS) -> Result:
     """Simulate both at each step; return the solutions and the numbers drawn from them."""
     d, bodies = build_rigid()
     system = d.compile()
@@ -79,7 +80,7 @@ def run(steps=STEPS):
     )
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     lines = [f"{'bars':<10}{'dt, s':>10}{'upper, rad':>14}{'lower, rad':>14}{'errors, rad':>22}{'energy, J':>12}"]
     runs = (("rigid", result.rigid, result.rigid_errors), ("flexible", result.flexible, result.flexible_errors))
@@ -93,7 +94,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     solution = result.flexible[min(result.flexible)]
@@ -105,9 +106,9 @@ def draw(result, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

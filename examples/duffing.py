@@ -7,6 +7,7 @@ round-off; the midpoint rule lets it swing by 1e-2 J. Both are of second order i
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,13 +16,17 @@ import numpy as np
 from scipy.special import ellipj
 
 import phblocks as ph
+from phblocks.solvers.method import Method
 
 START, DT, END = 2.0, 0.05, 100.0  # m, s, s
-METHODS = {"discrete gradient": ph.DiscreteGradient(), "midpoint": ph.Midpoint(allow_energy_error=True)}
+METHODS: dict[str, Method] = {
+    "discrete gradient": ph.DiscreteGradient(),
+    "midpoint": ph.Midpoint(allow_energy_error=True),
+}
 LINE = ph.Domain("line", ph.Quantity("velocity", "m/s"), ph.Quantity("force", "N"))
 
 
-def build(damping=0.0):
+def build(damping: float = 0.0) -> ph.Diagram:
     """Draw the diagram, with a force from outside on the mass; x = (q, p)."""
     d = ph.Diagram("Duffing oscillator")
     oscillator = d.add(
@@ -43,10 +48,10 @@ def build(damping=0.0):
     return d
 
 
-def exact(t):
+def exact(t: np.ndarray) -> np.ndarray:
     """Position of the undamped oscillator that starts at rest: Jacobi's elliptic cosine."""
     squared = 1.0 + START**2
-    return START * ellipj(np.sqrt(squared) * t, START**2 / (2.0 * squared))[1]
+    return np.asarray(START * ellipj(np.sqrt(squared) * t, START**2 / (2.0 * squared))[1])
 
 
 @dataclass
@@ -58,7 +63,7 @@ class Run:
     position_errors: dict[float, float]  # largest up to t = 10 s, by step, m
 
 
-def run(method):
+def run(method: Method) -> Run:
     """Integrate with one method; the errors of position with three steps."""
     system = build().compile()
     solution = ph.simulate(system, END, DT, method=method)
@@ -69,7 +74,7 @@ def run(method):
     return Run(solution, float(np.abs(energy - energy[0]).max()), errors)
 
 
-def tabulate(runs):
+def tabulate(runs: dict[str, Run]) -> str:
     """Format the numbers as a table."""
     steps = list(next(iter(runs.values())).position_errors)
     lines = [
@@ -82,7 +87,7 @@ def tabulate(runs):
     return "\n".join(lines)
 
 
-def draw(runs, out):
+def draw(runs: dict[str, Run], out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, axis = plt.subplots(figsize=(7.0, 3.5), layout="compressed")
@@ -97,9 +102,9 @@ def draw(runs, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> dict[str, Run]:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

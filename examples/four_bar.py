@@ -9,16 +9,19 @@ the matrices.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 import phblocks as ph
 
 GRAVITY = 9.81  # m/s^2
+Bars = tuple[ph.Beam, ph.Beam, ph.Beam]  # crank, coupler, rocker
 
 #: P at t = 0, 1, ..., 10 s, m: an independent displacement-based beam code at dt = 5e-5 s, shear factor 5/6 (which
 #: moves P by 8e-5 m up to t = 5 s); good to 4e-5 m up to t = 5 s and to 2.2e-4 m up to t = 10 s.
@@ -39,7 +42,7 @@ REFERENCE = np.array(
 )
 
 
-def build(elements=(10, 6, 6), degree=1):
+def build(elements: Sequence[int] = (10, 6, 6), degree: int = 1) -> tuple[ph.Diagram, Bars]:
     """Draw the diagram; return it with its three bars."""
     bar = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
     d = ph.Diagram("four-bar", gravity=(0.0, -GRAVITY))
@@ -58,7 +61,7 @@ class Result:
     """What a run gave."""
 
     diagram: ph.Diagram
-    bars: tuple  # crank, coupler, rocker
+    bars: Bars
     solution: ph.Solution
     P: np.ndarray  # path of the middle of the coupler, shape (times, 2), m
     seconds: np.ndarray  # whole seconds of the run, shape (k,), s
@@ -66,11 +69,11 @@ class Result:
     distances: np.ndarray  # of those from the reference, shape (k,), m
     start_energy: float  # potential energy at the start above y = 0, J
     energy_drift: float  # largest change of the total energy, J
-    gaps: dict  # joint -> largest gap by positions from (strain, velocity), m
+    gaps: dict[str, tuple[float, float]]  # joint -> largest gap by positions from (strain, velocity), m
     wall_time: float  # to check, compile and simulate, s
 
 
-def run(elements=(10, 6, 6), degree=1, dt=0.02, t_end=10.0):
+def run(elements: Sequence[int] = (10, 6, 6), degree: int = 1, dt: float = 0.02, t_end: float = 10.0) -> Result:
     """Simulate; return the solution and the numbers drawn from it."""
     clock = perf_counter()
     d, bars = build(elements, degree)
@@ -90,16 +93,14 @@ def run(elements=(10, 6, 6), degree=1, dt=0.02, t_end=10.0):
         seconds=seconds,
         P_seconds=P_seconds,
         distances=np.linalg.norm(P_seconds - REFERENCE[: seconds.size], axis=1),
-        start_energy=sum(
-            b.section.mass * b.length * GRAVITY * 0.5 * (b.start.position[1] + b.end.position[1]) for b in bars
-        ),
+        start_energy=sum(b.section.mass * b.length * GRAVITY * solution.position(b, 0.5)[0, 1] for b in bars),
         energy_drift=np.abs(energy - energy[0]).max(),
         gaps={joint: (by_strain[joint].max(), by_velocity[joint].max()) for joint in by_strain},
         wall_time=wall_time,
     )
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as tables."""
     lines = ["P, the middle of the coupler", f"{'t (s)':>6}{'x (m)':>12}{'y (m)':>12}{'from reference (m)':>21}"]
     for t, (x, y), distance in zip(result.seconds, result.P_seconds, result.distances, strict=True):
@@ -118,11 +119,11 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figures; return their paths."""
     solution, (_, coupler, _) = result.solution, result.bars
     out.mkdir(parents=True, exist_ok=True)
-    figures = {}
+    figures: dict[str, Figure] = {}
 
     figures["four_bar"], ax = plt.subplots(figsize=(6.4, 4.6), layout="compressed")
     ph.plots.motion(solution, times=np.linspace(0.0, min(1.2, solution.t[-1]), 7)[1:], path=coupler.at(0.5), ax=ax)
@@ -143,7 +144,9 @@ def draw(result, out):
     ph.plots.sparsity(solution.system, "J", ax=axes[0])
     ph.plots.sparsity(solution.system, "newton", ax=axes[1])
 
-    figures["four_bar_diagram"] = ph.plots.diagram(result.diagram).figure
+    drawn = ph.plots.diagram(result.diagram).figure
+    assert isinstance(drawn, Figure)
+    figures["four_bar_diagram"] = drawn
 
     paths = [out / f"{name}.png" for name in figures]
     for figure, path in zip(figures.values(), paths, strict=True):
@@ -152,9 +155,9 @@ def draw(result, out):
     return paths
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     parser.add_argument("--elements", type=int, nargs=3, default=(10, 6, 6), help="of crank, coupler, rocker")
     parser.add_argument("--degree", type=int, default=1, help="of the elements")

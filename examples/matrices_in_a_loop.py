@@ -15,6 +15,7 @@ closed by hand from the matrices of the beam alone, and with theory: one mode of
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,7 +35,7 @@ MODAL_MASS = LINE_MASS * LENGTH / 4.0  # of the first mode of a cantilever, seen
 MODAL_STIFFNESS = 1.8751041**4 * BENDING / LENGTH**3 / 4.0
 
 
-def absorber():
+def absorber() -> dict[str, np.ndarray]:
     """Matrices of the absorber, tuned by Den Hartog's rule; its states are elongation and momentum, x and y of each."""
     ratio = MASS / MODAL_MASS
     omega = np.sqrt((MODAL_STIFFNESS + STIFFNESS) / MODAL_MASS) / (1.0 + ratio)
@@ -52,7 +53,7 @@ def absorber():
     }
 
 
-def control_law():
+def control_law() -> ph.CustomBlock:
     """The control law as a block; its states are the integrals of the tip's velocity, with the leak."""
     return ph.CustomBlock(
         "control",
@@ -67,7 +68,7 @@ def control_law():
     )
 
 
-def build(closed=True):
+def build(closed: bool = True) -> ph.Diagram:
     """Draw the diagram; without the two blocks, the tip is open."""
     section = ph.Section.rectangle(width=WIDTH, height=HEIGHT, young=YOUNG, poisson=0.3, density=DENSITY)
     d = ph.Diagram("loop" if closed else "beam")
@@ -75,13 +76,18 @@ def build(closed=True):
     d.weld(beam.start, d.ground)
     if closed:
         port = ph.SystemPort(ph.TRANSLATION, columns=(0, 1), gives="force")
-        hung = d.add(ph.SystemBlock("absorber", **absorber(), ports={"tip": port}))
+        a = absorber()
+        hung = d.add(
+            ph.SystemBlock(
+                "absorber", J=a["J"], R=a["R"], Q=a["Q"], G=a["G"], P=a["P"], S=a["S"], N=a["N"], ports={"tip": port}
+            )
+        )
         d.connect(beam.end.translation, hung["tip"], d.add(control_law())["tip"])
     d.expose(beam.end.translation, "tip", imposes="force")
     return d
 
 
-def close_by_hand():
+def close_by_hand() -> np.ndarray:
     """Poles of the loop from the matrices of the beam alone: force on the tip = - (what absorber and control give)."""
     beam, a = build(closed=False).compile().linearize(), absorber()
     A, B, C = (m.toarray() for m in (beam.A, beam.B, beam.C))
@@ -100,14 +106,14 @@ def close_by_hand():
     return np.linalg.eigvals(loop)
 
 
-def theory():
+def theory() -> np.ndarray:
     """Poles with one mode of a Bernoulli beam: its deflection w, the absorber's z, the control's x, across the beam."""
     a = absorber()
     k, c = a["Q"][0, 0], a["S"][0, 0]
     # states w', w, z', z, x
     w = np.array([-c, -MODAL_STIFFNESS - k, c, k, -STIFFNESS]) / MODAL_MASS
     z = np.array([c, k, -c, -k, 0.0]) / MASS
-    across = np.linalg.eigvals([w, [1, 0, 0, 0, 0], z, [0, 0, 1, 0, 0], [1, 0, 0, 0, -LEAK * STIFFNESS]])
+    across = np.linalg.eigvals(np.array([w, [1, 0, 0, 0, 0], z, [0, 0, 1, 0, 0], [1, 0, 0, 0, -LEAK * STIFFNESS]]))
     along = np.linalg.eigvals([[-c / MASS, -k / MASS], [1, 0]])  # the tip does not move that way
     return np.concatenate([across, along])
 
@@ -120,13 +126,13 @@ class Loop:
     runs: dict[str, ph.Solution]
 
 
-def swinging(poles, n=3):
+def swinging(poles: np.ndarray, n: int = 3) -> np.ndarray:
     """The slowest poles above the real axis."""
     above = poles[poles.imag > 1e-6 * np.abs(poles)]
-    return above[np.argsort(above.imag)][:n]
+    return np.asarray(above[np.argsort(above.imag)][:n])
 
 
-def run():
+def run() -> Loop:
     """Poles in three ways, and the answer to a knock at the tip with and without the two blocks."""
     systems = {"beam alone": build(closed=False).compile(), "in the loop": build().compile()}
     modes = systems["in the loop"].modes(3)
@@ -142,7 +148,7 @@ def run():
     return Loop(poles, runs)
 
 
-def tabulate(loop):
+def tabulate(loop: Loop) -> str:
     """Format the poles as a table, and what the knock left."""
     lines = [f"{'poles, 1/s':>12}" + "".join(f"{f'{i + 1}':>22}{'damping':>9}" for i in range(3))]
     for name, poles in loop.poles.items():
@@ -158,7 +164,7 @@ def tabulate(loop):
     return "\n".join(lines)
 
 
-def draw(loop, out):
+def draw(loop: Loop, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, axis = plt.subplots(figsize=(7.0, 3.5), layout="compressed")
@@ -172,9 +178,9 @@ def draw(loop, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Loop:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

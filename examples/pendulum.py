@@ -7,6 +7,7 @@ tip of the rubber pendulum, by both ways to a position, and swing and period of 
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,7 +26,7 @@ RUBBER = ph.Section.circle(radius=0.01, young=5e6, poisson=0.5, density=1000.0, 
 RIGID = ph.Section(axial=1e10, shear=1e10, bending=1e7, mass=1.0, rotary=1e-9)
 
 
-def build(section, elements, degree):
+def build(section: ph.Section, elements: int, degree: int) -> tuple[ph.Diagram, ph.Beam]:
     """Draw the diagram of a pendulum of 1 m; return it with its beam."""
     d = ph.Diagram("pendulum", gravity=(0.0, -9.81))
     beam = d.add(ph.Beam("beam", section, start=(0.0, 0.0), end=(1.0, 0.0), elements=elements, degree=degree))
@@ -41,12 +42,12 @@ class Result:
     rubber: ph.Solution
     rigid_beam: ph.Beam
     rigid: ph.Solution
-    tips: dict  # source -> tip of the rubber pendulum after 1 s, shape (2,), m
+    tips: dict[str, np.ndarray]  # source -> tip of the rubber pendulum after 1 s, shape (2,), m
     angle: float  # of the rigid pendulum after 1 s, from hanging down, rad
     period: float  # of the rigid pendulum, s
 
 
-def run(dt=0.001):
+def run(dt: float = 0.001) -> Result:
     """Simulate both; return the solutions and the numbers drawn from them."""
     d, beam = build(RUBBER, elements=8, degree=3)
     rubber = ph.simulate(d.compile(), t_end=1.0, dt=dt)
@@ -64,13 +65,13 @@ def run(dt=0.001):
     )
 
 
-def _period(t, spin):
+def _period(t: np.ndarray, spin: np.ndarray) -> float:
     """When it comes to rest for the second time, back at the start."""
     i = np.flatnonzero((spin[:-1] > 0.0) & (spin[1:] <= 0.0))[0]
-    return t[i] + (t[i + 1] - t[i]) * spin[i] / (spin[i] - spin[i + 1])
+    return float(t[i] + (t[i + 1] - t[i]) * spin[i] / (spin[i] - spin[i + 1]))
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     rows = [
         (f"rubber: {axis} of the tip after 1 s, from {source}", "m", tip[i], RUBBER_TIP[i])
@@ -88,7 +89,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figures; return their paths."""
     out.mkdir(parents=True, exist_ok=True)
     motion, axes = plt.subplots(2, 1, figsize=(7.0, 7.4), layout="compressed")
@@ -96,7 +97,8 @@ def draw(result, out):
     ph.plots.motion(result.rubber, times, path=result.beam.end, ax=axes[0]).set_title("rubber")
     ph.plots.motion(result.rigid, times, path=result.rigid_beam.end, ax=axes[1]).set_title("rigid")
 
-    energy = ph.plots.energy(result.rubber).figure
+    energy, ax = plt.subplots(figsize=(7.0, 3.6), layout="constrained")
+    ph.plots.energy(result.rubber, ax=ax)
 
     paths = [out / "pendulum.png", out / "pendulum_energy.png"]
     for figure, path in zip((motion, energy), paths, strict=True):
@@ -105,9 +107,9 @@ def draw(result, out):
     return paths
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

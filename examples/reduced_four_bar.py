@@ -11,6 +11,7 @@ draws both.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,7 +24,7 @@ OMEGA = np.logspace(0.0, 3.5, 200)  # rad/s
 MOMENT = 200.0  # N m, on the way to the posture
 
 
-def build():
+def build() -> ph.Diagram:
     """Draw the linkage with damped bars."""
     bar = ph.Section.rectangle(width=0.05, height=0.05, young=2.1e11, poisson=0.3, density=2710.0, shear_factor=1.0)
     damping = ph.Damping(viscous=2.0, rotary=0.02, internal=1e-4)
@@ -59,10 +60,10 @@ class Result:
     states: int  # of the full model
     turned: float  # the crank, on the way to the posture, rad
     response: np.ndarray  # of the full model at OMEGA
-    reductions: list
+    reductions: list[Reduction]
 
 
-def run(orders=(8, 12, 16, 20), time=1.0):
+def run(orders: Sequence[int] = (8, 12, 16, 20), time: float = 1.0) -> Result:
     """Reduce; return responses and how good they are."""
     system = build().compile()
     solution = ph.simulate(system, t_end=time, dt=0.01, inputs={"drive": MOMENT})
@@ -96,7 +97,7 @@ def run(orders=(8, 12, 16, 20), time=1.0):
     return Result(system, full.order, turned, response, reductions)
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     lines = [
         f"{result.system.n} states, {result.states} with energy; the crank has turned by {result.turned:.3f} rad",
@@ -109,7 +110,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> Path:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, ax = plt.subplots(figsize=(7.0, 4.2), layout="constrained")
@@ -125,9 +126,9 @@ def draw(result, out):
     return path
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figure")
     parser.add_argument("--orders", type=int, nargs="+", default=(8, 12, 16, 20), help="states of the reduced models")
     parser.add_argument("--time", type=float, default=1.0, help="of the posture, s")

@@ -9,11 +9,13 @@ is odd about the middle does not bend the middle.
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+from numpy.typing import ArrayLike
 
 import phblocks as ph
 
@@ -23,13 +25,13 @@ ROD_SECTION = ph.Section.rectangle(width=0.008, height=0.008, **STEEL)
 CRANK_SECTION = ph.Section.rectangle(width=0.04, height=0.04, **STEEL)
 
 
-def speed(t):
+def speed(t: ArrayLike) -> np.ndarray:
     """Angular velocity of the crank, rad/s: from rest to constant with three smooth derivatives."""
-    s = np.clip(t / RAMP, 0.0, 1.0)
-    return SPEED * s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3)
+    s = np.clip(np.asarray(t, dtype=float) / RAMP, 0.0, 1.0)
+    return np.asarray(SPEED * s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
 
 
-def build(elements=3, degree=3):
+def build(elements: int = 3, degree: int = 3) -> tuple[ph.Diagram, ph.Beam, ph.Beam, ph.Mass]:
     """Draw the diagram; return it with crank, rod and piston."""
     d = ph.Diagram("slider-crank")
     crank = d.add(ph.Beam("crank", CRANK_SECTION, (0.0, 0.0), (CRANK, 0.0), elements=2, degree=2))
@@ -59,7 +61,7 @@ class Result:
     guide: float  # largest y of the piston, m
 
 
-def run(dt=0.0005, t_end=0.7):
+def run(dt: float = 0.0005, t_end: float = 0.7) -> Result:
     """Simulate and compare with rigid parts and with a beam on two supports."""
     d, crank, rod, piston = build()
     solution = ph.simulate(d.compile(), t_end=t_end, dt=dt)
@@ -83,7 +85,7 @@ def run(dt=0.0005, t_end=0.7):
     )
 
 
-def rigid(t, angle):
+def rigid(t: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Place of the piston, m, and deflection of the rod, m, for rigid parts at these angles of the crank."""
     w, alpha = speed(t), np.gradient(speed(t), t)
     sine, cosine = CRANK / ROD * np.sin(angle), np.sqrt(1.0 - (CRANK / ROD * np.sin(angle)) ** 2)
@@ -95,11 +97,12 @@ def rigid(t, angle):
     )
     across = sine * pin[0] + cosine * pin[1] + 0.5 * ROD * turned
     load = -ROD_SECTION.mass * across
-    bow = load * (5.0 * ROD**4 / (384.0 * ROD_SECTION.bending[-1]) + ROD**2 / (8.0 * ROD_SECTION.shear))
+    bending, shear = (float(np.atleast_1d(pair)[0]) for pair in (ROD_SECTION.bending, ROD_SECTION.shear))  # square
+    bow = load * (5.0 * ROD**4 / (384.0 * bending) + ROD**2 / (8.0 * shear))
     return CRANK * np.cos(angle) + ROD * cosine, bow
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     t = result.solution.t
     lines = [f"{'t, s':>8}{'crank, rad':>12}{'piston, m':>12}{'rigid, m':>12}{'bow, mm':>12}{'static, mm':>12}"]
@@ -119,7 +122,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, ax = plt.subplots(figsize=(7.0, 3.6), layout="compressed")
@@ -133,9 +136,9 @@ def draw(result, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

@@ -12,6 +12,7 @@ these next to the modes of the compiled system, and the frequency at which a mod
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,7 +24,7 @@ import phblocks as ph
 MASS, STIFFNESS, DISTANCE, TENSION = 0.2, 80.0, 0.5, 6.0  # kg, N/m, m, N
 
 
-def build(n=4):
+def build(n: int = 4) -> tuple[ph.Diagram, dict[tuple[int, int], ph.Mass]]:
     """Draw the lattice of n times n masses; return it with the masses by column and row."""
     d = ph.Diagram("lattice")
     free = DISTANCE - TENSION / STIFFNESS
@@ -42,7 +43,7 @@ def build(n=4):
     return d, masses
 
 
-def dispersion(n):
+def dispersion(n: int) -> np.ndarray:
     """Angular frequencies of the standing waves along x, by half waves along x and y: shape (n, n), rad/s."""
     half = np.sin(np.pi * np.arange(1, n + 1) / (2 * (n + 1))) ** 2
     return np.sqrt(4.0 / MASS * (STIFFNESS * half[:, None] + TENSION / DISTANCE * half))
@@ -52,7 +53,7 @@ def dispersion(n):
 class Result:
     """What the modes and the run gave."""
 
-    masses: dict
+    masses: dict[tuple[int, int], ph.Mass]
     solution: ph.Solution
     found: np.ndarray  # frequencies of the compiled system, ascending, shape (2 n^2,), rad/s
     exact: np.ndarray  # those of the dispersion, ascending, shape (2 n^2,), rad/s
@@ -60,7 +61,7 @@ class Result:
     swing_exact: float  # the same from the dispersion, with the known lag of the midpoint rule, rad/s
 
 
-def run(n=4, dt=0.01, t_end=4.0, amplitude=1e-4):
+def run(n: int = 4, dt: float = 0.01, t_end: float = 4.0, amplitude: float = 1e-4) -> Result:
     """Find the modes; run the wave of one half wave in each direction, of small velocity (m/s)."""
     d, masses = build(n)
     system = d.compile()
@@ -81,14 +82,14 @@ def run(n=4, dt=0.01, t_end=4.0, amplitude=1e-4):
     )
 
 
-def _frequency(t, v):
+def _frequency(t: np.ndarray, v: np.ndarray) -> float:
     """Angular frequency from the first and last zero of a swing."""
     i = np.flatnonzero(v[:-1] * v[1:] < 0.0)
     zeros = t[i] + (t[i + 1] - t[i]) * v[i] / (v[i] - v[i + 1])
-    return np.pi * (zeros.size - 1) / (zeros[-1] - zeros[0])
+    return float(np.pi * (zeros.size - 1) / (zeros[-1] - zeros[0]))
 
 
-def tabulate(result):
+def tabulate(result: Result) -> str:
     """Format the numbers as a table."""
     lines = [f"{'mode':>6}{'found, rad/s':>16}{'dispersion, rad/s':>20}{'difference':>14}"]
     for i in range(0, result.found.size, 2):
@@ -107,7 +108,7 @@ def tabulate(result):
     return "\n".join(lines)
 
 
-def draw(result, out):
+def draw(result: Result, out: Path) -> list[Path]:
     """Write the figure; return its path."""
     out.mkdir(parents=True, exist_ok=True)
     figure, ax = plt.subplots(figsize=(6.0, 4.0), layout="compressed")
@@ -121,9 +122,9 @@ def draw(result, out):
     return [path]
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> Result:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("figures"), help="folder for the figures")
     options = parser.parse_args(argv)
 

@@ -7,6 +7,7 @@ examples/four_bar.py. The implicit midpoint rule; what each field is stands in d
 """
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +15,12 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 
-def simulate(path, dt, t_end):
+def simulate(path: str | Path, dt: float, t_end: float) -> tuple[np.ndarray, ...]:
     """Integrate; return times, states, rotation states, points, stored energy and work of gravity at all times."""
     with np.load(path) as z:
         file = {key: z[key] for key in z.files}
 
-    def sparse(key):
+    def sparse(key: str) -> sp.csr_array:
         entries = file[f"nl_{key}_data"], (file[f"nl_{key}_row"], file[f"nl_{key}_col"])
         return sp.csr_array(entries, shape=file[f"nl_{key}_shape"])
 
@@ -59,9 +60,9 @@ def simulate(path, dt, t_end):
     return np.arange(len(X)) * dt, X, angles, places.reshape(len(X), -1, 2), stored, np.array(work)
 
 
-def main(argv=None):
+def main(argv: Sequence[str] | None = None) -> tuple[np.ndarray, ...]:
     """Run from the command line."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
     parser.add_argument("path", nargs="?", default="four_bar.npz", help="a .npz file with a nonlinear model")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the states over time")
     parser.add_argument("--dt", type=float, default=0.02, help="step, s")

@@ -11,10 +11,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from phblocks.blocks import load_all
 from phblocks.blocks.block import Block
 from phblocks.blocks.values import plain, value_of
 from phblocks.errors import ArgumentTypeError, ExportError, PhblocksError, UnknownNameError
-from phblocks.network import GAP_TOLERANCE, Junction, Network
+from phblocks.network import GAP_TOLERANCE, Junction, Network, drawn_by
 from phblocks.ports import TRANSLATION, Port
 
 FORMAT, VERSION = "phblocks diagram", 1
@@ -225,10 +226,12 @@ def draw(data: Mapping[str, Any], diagram: Drawing, where: str) -> None:
     PhblocksError
         As the same calls in Python: a number out of its range, a port that does not exist or is joined already.
     """
+    load_all()
     for i, entry in enumerate(data["blocks"]):
         at = f"{where}: blocks[{i}]"
         _require_keys(at, entry, "block")
-        diagram.add(_block(entry, at))
+        with drawn_by(at):
+            diagram.add(_block(entry, at))
     for i, entry in enumerate(data["junctions"]):
         at = f"{where}: junctions[{i}]"
         _require_keys(at, entry, "junction")
@@ -236,14 +239,17 @@ def draw(data: Mapping[str, Any], diagram: Drawing, where: str) -> None:
         if not isinstance(paths, list) or not paths or not isinstance(apart, bool):
             raise _not(at, "a list of ports, and apart true or false", entry)
         ports = [_port(diagram.network, path, at) for path in paths]
-        if len(ports) == 1:
-            diagram.free(*ports)
-        else:
-            diagram.connect(*ports, apart=apart)
+        with drawn_by(at):
+            if len(ports) == 1:
+                diagram.free(*ports)
+            else:
+                diagram.connect(*ports, apart=apart)
     for i, entry in enumerate(data["exposed"]):
         at = f"{where}: exposed[{i}]"
         _require_keys(at, entry, "exposed")
-        diagram.expose(_port(diagram.network, entry["port"], at), entry["name"], entry.get("imposes"))
+        port = _port(diagram.network, entry["port"], at)
+        with drawn_by(at):
+            diagram.expose(port, entry["name"], entry.get("imposes"))
 
 
 def _block(entry: Mapping[str, Any], where: str) -> Block:

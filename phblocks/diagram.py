@@ -8,9 +8,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import TypeVar, overload
+from typing import TYPE_CHECKING, TypeVar, overload
 
-import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -40,6 +39,9 @@ from phblocks.ports import TRANSLATION, Anchor, Exposure, Port
 from phblocks.space import PLANAR
 from phblocks.system import System
 from phblocks.triplets import Floats, real_array
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 B = TypeVar("B", bound=Block)
 

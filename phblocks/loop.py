@@ -9,7 +9,6 @@ from dataclasses import asdict, dataclass
 from time import perf_counter
 
 import numpy as np
-from tqdm import tqdm
 
 from phblocks.errors import MethodError, ResultFileError, StructureError
 from phblocks.files.access import solution_of
@@ -175,6 +174,8 @@ class Run:
         journal.begin(self.system, self.settings, drained, recorder.worst, self._totals(), self._checkpoint(mark))
 
     def _go(self, progress: bool | None, steps: Iterator[tuple[Step, float, bool]]) -> Status:
+        from tqdm import tqdm
+
         bar = tqdm(
             total=self.settings.schedule.t_end,
             initial=self.t,

@@ -9,20 +9,26 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
-
-import networkx as nx
+from typing import TYPE_CHECKING
 
 from phblocks.blocks.block import Block
 from phblocks.ports import Domain, Exposure, Port
 from phblocks.space import Space
 from phblocks.triplets import Floats
 
+if TYPE_CHECKING:
+    import networkx as nx
+
 #: Anchors closer than this, relative to their coordinates, are in the same place.
 GAP_TOLERANCE = 1e-9
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
+#: The entry of a file that is being drawn, if one is.
+_ENTRY: ContextVar[str | None] = ContextVar("entry", default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +151,8 @@ class Network:
             Nodes are names of blocks (attribute ``block``) and ``".junction i"`` (attribute ``junction``); there is an
             edge for each port, with the port's path as key and the attribute ``port``.
         """
+        import networkx as nx
+
         graph: nx.MultiGraph[str] = nx.MultiGraph(name=self.name)
         for name, block in self.blocks.items():
             graph.add_node(name, block=block)
@@ -162,9 +170,33 @@ def call_site() -> str:
     Returns
     -------
     str
-        ``"file:line"`` of the innermost frame outside this package.
+        ``"file:line"`` of the innermost frame outside this package; of what a file draws, the entry in the file.
     """
+    entry = _ENTRY.get()
+    if entry is not None:
+        return entry
     frame = sys._getframe(1)
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_PACKAGE):
         frame = frame.f_back
     return f"{os.path.basename(frame.f_code.co_filename)}:{frame.f_lineno}"
+
+
+@contextmanager
+def drawn_by(entry: str) -> Iterator[None]:
+    """Let calls within be those of an entry of a file, in messages.
+
+    Parameters
+    ----------
+    entry : str
+        Such as ``"file crane.json: junctions[2]"``.
+
+    Yields
+    ------
+    None
+        Nothing.
+    """
+    token = _ENTRY.set(entry)
+    try:
+        yield
+    finally:
+        _ENTRY.reset(token)

@@ -34,6 +34,9 @@ from phblocks.triplets import real_array
 #: A run of more steps is taken for a mistake in its arguments.
 MOST_STEPS = 1e9
 
+#: At how many times the inputs are looked at before a run whose blocks must not spin.
+SAMPLES = 33
+
 
 def simulate(
     system: System,
@@ -175,9 +178,10 @@ def simulate(
     drive = Drive(system, {} if inputs is None else inputs)
     clock = perf_counter()
     change = 0.0
-    with suppress(NotFinite, InputFailed):  # the first step will say so
+    with suppress(NotFinite, InputFailed):  # a step will say so
         if watched(system):
-            require_slow(system, state, drive.at([0.0])[0])
+            require_slow(system, state, drive.at(np.linspace(0.0, t_end, SAMPLES).tolist()))
+    with suppress(NotFinite, InputFailed):
         if system.is_dae:
             state, change = consistent_start(system, state, drive.at([0.0])[0])
     walk = walk_of(settings, system, drive, state)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
+from phblocks.modes import Modes
 
 
 @pytest.fixture(scope="module")
@@ -35,8 +36,6 @@ def test_in_a_line(shown):
 
 def test_modes_say_where_they_are():
     empty = np.empty(0)
-    modes = ph.modes.Modes(np.array([3.0, 40.5]), np.zeros(2), np.zeros((7, 2), dtype=complex), empty)
+    modes = Modes(np.array([3.0, 40.5]), np.zeros(2), np.zeros((7, 2), dtype=complex), empty)
     assert repr(modes) == "<Modes: 2, 3 to 40.5 rad/s, 0 diverging>"
-    assert repr(ph.modes.Modes(empty, empty, np.empty((7, 0), dtype=complex), np.ones(1))) == (
-        "<Modes: 0, 1 diverging>"
-    )
+    assert repr(Modes(empty, empty, np.empty((7, 0), dtype=complex), np.ones(1))) == ("<Modes: 0, 1 diverging>")

@@ -21,7 +21,7 @@ def system(bar) -> ph.System:
     return d.compile()
 
 
-def run(system: ph.System, **options) -> ph.simulation.Solution:
+def run(system: ph.System, **options) -> ph.Solution:
     return ph.simulate(system, **({"t_end": 0.2, "dt": 0.02} | options))
 
 

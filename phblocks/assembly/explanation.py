@@ -62,7 +62,8 @@ def describe(
             elif (places == DROPPED).all():
                 reason = "no joint, load, gravity or output needs it"
             status: Literal["kept", "pruned"] = "kept" if (places >= 0).any() else "pruned"
-            yield Effect(name, "orientation", status, form.rotation_states.size, reason)
+            count = int((places >= 0).sum()) if status == "kept" else places.size
+            yield Effect(name, "orientation", status, count, reason)
         if form.points is not None:
             tracked = name in positions
             reason = needs if tracked else "no gravity and no output needs them"

@@ -368,7 +368,8 @@ def _signals(layout: Layout) -> list[tuple[int, str]]:
             found.append((number, f"{what} (a function of time)"))
         else:
             values = real_array(given.signal)
-            component = number - layout.first_input[given.exposure]
-            if values is None or np.atleast_1d(values)[component] != 0.0:
+            assert values is not None  # sources check their constants
+            values, component = np.atleast_1d(values), number - layout.first_input[given.exposure]
+            if abs(values[component]) > ROUND_OFF * np.abs(values).max():  # a quarter turn leaves 1e-17
                 found.append((number, f"{what} (constant)"))
     return found

@@ -202,7 +202,7 @@ def suggest_stiffness(network: Network, forms: Forms, meeting: Meeting, known: C
     -------
     Suggestion or None
         With the highest frequency added, of the parts free otherwise; ``None`` if one of them has no inertia,
-        or so little that its inverse is no number.
+        or so little that its inverse, or the stiffness, is no number.
     """
     sides = [meeting.ports_of(p) for p in meeting.others]
     still = meeting.ports_of(meeting.hub)  # none of the outside, which does not give way
@@ -226,7 +226,9 @@ def suggest_stiffness(network: Network, forms: Forms, meeting: Meeting, known: C
     blocks = {port.block for ports in (still, *sides) for port in ports if not port.block.shared}
     domains = {port.domain for ports in sides for port in ports}
     target = DECADE * max(fastest_beside(network, forms, blocks, known, domains), SCALE)
-    stiffness = _rounded(target**2 / values[0])
+    stiffness = _rounded(target * target / values[0])
+    if not np.isfinite(stiffness):
+        return None
     tops, directions = np.linalg.eigh(root[:, None] * meshed * root)
     impulses = np.split(root * directions[:, -1], len(sides))
     moved = [(still, -np.sum(impulses, axis=0))] if still else []
@@ -276,7 +278,7 @@ def suggest_mass(network: Network, forms: Forms, junction: Junction, known: Coll
     Returns
     -------
     Suggestion or None
-        ``None`` if none of the parts has a stiffness.
+        ``None`` if none of the parts has a stiffness, or one so large that the mass is no number.
     """
     coarse, top = (
         float(np.linalg.eigvalsh(sum(answer(network, form(p.block), [p]) for p in junction.ports))[-1])
@@ -285,7 +287,10 @@ def suggest_mass(network: Network, forms: Forms, junction: Junction, known: Coll
     if not coarse > 0.0:
         return None
     fastest = fastest_beside(network, forms, {p.block for p in junction.ports}, known, {junction.domain})
-    mass = _rounded(coarse / (DECADE * (fastest or SCALE)) ** 2)
+    target = DECADE * (fastest or SCALE)
+    mass = _rounded(coarse / (target * target))
+    if not mass > 0.0:
+        return None
     return Suggestion(mass, float(np.sqrt(top / mass)), np.ones(1))
 
 

@@ -145,10 +145,12 @@ def _mount(result: Network, meeting: Meeting, make: Callable[[Meeting, str], Blo
     junctions = meeting.junctions
     gone = {q for p in meeting.others for q in meeting.ports_of(p)}
     moves = isinstance(meeting.hub, Port) and not meeting.hub.block.shared
-    kept = {*gone, *(meeting.ports_of(meeting.hub) if isinstance(meeting.hub, Port) else ())}
+    hub = meeting.ports_of(meeting.hub) if isinstance(meeting.hub, Port) else (meeting.hub.port,)
+    staying = [port for port in hub if port not in gone]  # of the outside: a source, or a part that takes
+    kept = {*gone, *staying}
     takers = {j: [p for p in j.ports if p not in kept] for j in junctions}
     at_hub: dict[Junction, list[Port]] = {j: [] for j in junctions}
-    for junction, port in zip(junctions, meeting.ports_of(meeting.hub), strict=False):
+    for junction, port in zip(junctions, staying, strict=False):
         at_hub[junction].append(port)
     for other, part in zip(meeting.others, meeting.names[1:], strict=True):
         name = f"{'pin' if meeting.weld is None else 'weld'} {meeting.names[0]} {part}"

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Literal, overload
 
 from phblocks.effects.record import Effect
-from phblocks.errors import DataError
+from phblocks.errors import DataError, UnknownNameError
 
 Status = Literal["kept", "pruned", "approximated"]
 STATUSES = ("kept", "pruned", "approximated")
@@ -69,11 +69,22 @@ class EffectsReport(Sequence[Effect]):
         ------
         DataError
             If there is no such status.
+        UnknownNameError
+            If there is no such block, or no such effect in any block.
         """
         if status is not None and status not in STATUSES:
             raise DataError(
                 "effects status", expected=f"one of {', '.join(STATUSES)}", got=repr(status), fix="Choose one of them."
             )
+        for what, value in (("block", block), ("name", name)):
+            known = dict.fromkeys(getattr(effect, what) for effect in self._effects)
+            if value is not None and value not in known:
+                raise UnknownNameError(
+                    f"effects {what}",
+                    expected=f"one of {', '.join(map(repr, known))}",
+                    got=repr(value),
+                    fix="Print system.effects to see them all.",
+                )
         wanted = {"block": block, "status": status, "name": name}
         asked = {key: value for key, value in wanted.items() if value is not None}
         return EffectsReport(e for e in self._effects if all(getattr(e, key) == v for key, v in asked.items()))

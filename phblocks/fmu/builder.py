@@ -76,7 +76,7 @@ def write(diagram: Diagram, path: str | os.PathLike[str], step: float = 0.01) ->
         raise ExportError("fmu.write", expected='a path such as "crane.fmu"', got=repr(path), fix="Choose one.")
     longest = require_positive("fmu.write step", step)
     builder = require_extra("pythonfmu3", "fmu", "fmu.write").FmuBuilder
-    diagram.compile()
+    diagram.compile(effects="all")
     name = legal_names([diagram.name])[0]
     name = name if name.isascii() and not name[0].isdigit() else "model"
     with TemporaryDirectory() as folder:

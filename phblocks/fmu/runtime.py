@@ -40,7 +40,7 @@ class Runtime:
     """
 
     def __init__(self, path: Path, longest_step: float) -> None:
-        self.system = load(path).compile()
+        self.system = load(path).compile(effects="all")  # who drives it may set any input
         self.longest_step = longest_step
         self.u = np.zeros(self.system.n_inputs)
         constants = {i.exposure: i.signal for i in self.system.inputs if i.signal is not None}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from shutil import which
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from phblocks.blocks.block import BlockPoint
 from phblocks.blocks.checks import require_positive
 from phblocks.blocks.form import Profile
 from phblocks.errors import ExportError
+from phblocks.export.extras import require_extra
 from phblocks.ports import Anchor
 from phblocks.report.html import page, player
 from phblocks.report.scene import NAMES, UNITS, Scene, make_scene
@@ -44,7 +46,7 @@ def write_animation(
         Of the run.
     path : str or path-like
         By suffix ``.html`` (a page with play, pause and a slider, that needs nothing else), ``.gif``, or ``.mp4``
-        (ffmpeg must be installed).
+        (by ffmpeg: that of the machine, or of the extra ``film``).
     colour : {"moment", "energy"} or None, optional
         Colour of beams: bending moment, N m, or strain energy a length, J/m.
     trails : sequence of BlockPoint or Anchor, optional
@@ -62,7 +64,9 @@ def write_animation(
     Raises
     ------
     ExportError
-        If the suffix is another, or ffmpeg is missing.
+        If the suffix is another.
+    ExtraMissingError
+        If there is no ffmpeg for an MP4.
     DataError
         If speed or fps is not positive, the colour unknown, or no block has an extension.
     ArgumentTypeError
@@ -107,25 +111,23 @@ def nearest_frames(solution: Solution, wanted: int, most: int) -> Ints:
 
 
 def _write_film(scene: Scene, target: Path, fps: float) -> None:
+    import matplotlib.pyplot as plt
     from matplotlib import animation
 
-    if target.suffix == ".mp4" and not animation.writers.is_available("ffmpeg"):
-        raise ExportError(
-            "animate path", expected="ffmpeg for .mp4", got="none", fix="Install ffmpeg, or choose .gif or .html."
-        )
-    writer: Any = (
-        animation.FFMpegWriter(fps=fps)  # type: ignore[arg-type]
-        if target.suffix == ".mp4"
-        else animation.PillowWriter(fps=fps)  # type: ignore[arg-type]
-    )
-    figure, update = draw_scene(scene)
-    with writer.saving(figure, str(target), 90):
-        for frame in range(scene.t.size):
-            update(frame)
-            writer.grab_frame()
-    import matplotlib.pyplot as plt
-
+    mp4 = target.suffix == ".mp4"
+    kind: Any = animation.FFMpegWriter if mp4 else animation.PillowWriter
+    with plt.rc_context({"animation.ffmpeg_path": _ffmpeg() if mp4 else "ffmpeg"}):
+        writer, (figure, update) = kind(fps=fps), draw_scene(scene)
+        with writer.saving(figure, str(target), 90):
+            for frame in range(scene.t.size):
+                update(frame)
+                writer.grab_frame()
     plt.close(figure)
+
+
+def _ffmpeg() -> str:
+    """The program of the machine, else that of the extra."""
+    return which("ffmpeg") or str(require_extra("imageio_ffmpeg", "film", "animate to .mp4").get_ffmpeg_exe())
 
 
 def draw_scene(scene: Scene) -> tuple[Figure, Any]:

@@ -334,7 +334,7 @@ class Solution(Readings):
         Parameters
         ----------
         path : str or path-like
-            By suffix ``.html`` (a page that needs nothing else), ``.gif`` or ``.mp4`` (needs ffmpeg).
+            By suffix ``.html`` (a page that needs nothing else), ``.gif`` or ``.mp4`` (extra ``film``).
         colour : {"moment", "energy"} or None, optional
             Colour of beams: bending moment, N m, or strain energy a length, J/m.
         trails : sequence of BlockPoint or Anchor, optional
@@ -352,7 +352,9 @@ class Solution(Readings):
         Raises
         ------
         ExportError
-            If the suffix is another, or ffmpeg is missing.
+            If the suffix is another.
+        ExtraMissingError
+            If there is no ffmpeg for an MP4.
         DataError
             If speed or fps is not positive, the colour unknown, or no block has an extension.
         ArgumentTypeError

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.integrate import BDF, DOP853, OdeSolver, Radau
 from scipy.sparse.linalg import splu
 
 from phblocks.errors import ArgumentTypeError, DataError, MethodError
@@ -21,7 +20,11 @@ from phblocks.solvers.step import Step, StepFailed
 from phblocks.system import State, System
 from phblocks.triplets import Floats
 
-METHODS: dict[str, type[OdeSolver]] = {"Radau": Radau, "BDF": BDF, "DOP853": DOP853}
+if TYPE_CHECKING:
+    from scipy.integrate import OdeSolver
+
+#: Names in ``scipy.integrate``.
+METHODS = ("Radau", "BDF", "DOP853")
 IMPLICIT = ("Radau", "BDF")
 
 
@@ -266,6 +269,8 @@ class ScipyWalk:
 
     def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
         """Go; see :class:`~phblocks.solvers.method.Walk`. A step is booked in pieces that end at saved times."""
+        from scipy import integrate  # half of what loading the library would cost
+
         options, equation = self._options, self.stage
 
         def rates(t: float, y: Floats) -> Floats:
@@ -277,7 +282,7 @@ class ScipyWalk:
         extra: dict[str, Any] = {"jac": jacobian} if options.method in IMPLICIT else {}
         if self._first_step is not None:
             extra["first_step"] = min(self._first_step, self._schedule.t_end - self._t)
-        solver = self._solver = METHODS[options.method](
+        solver = self._solver = getattr(integrate, options.method)(
             rates, self._t, self._y, self._schedule.t_end, rtol=options.rtol, atol=options.atol, **extra
         )
         t, dense = self._t, cast(Callable[[float], Floats], None)  # set by the first step

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from statistics import median
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from phblocks.approximation import Approximation
 from phblocks.blocks.checks import require_real
-from phblocks.errors import ArgumentTypeError, DataError, StudyError, UnreachedError
+from phblocks.errors import ArgumentTypeError, DataError, PhblocksError, StudyError, UnreachedError
 from phblocks.simulation import simulate
 from phblocks.studies.execution import carry_out
 from phblocks.studies.machine import Machine
@@ -145,6 +146,10 @@ class EffectsStudy(Table[EffectRun]):
         ]
         if first.numerical_error > NUMERICAL * first.tolerance:
             notes.append("The full system is not resolved to that by any of the steps: give smaller ones.")
+        with suppress(UnreachedError):
+            best = self.cheapest
+            saved = f"{best.time_saved:.1f} times as fast"
+            notes.append(f"Cheapest within {first.tolerance:g}{units}: without {best.left_out}, {saved}.")
         notes += [f"Machine: {row}." for row in dict.fromkeys(str(_machine(r)) for r in self.rows)]
         return (*notes, *(f"Failed: {row.left_out}: {row.status_text}" for row in self.rows if row.status != "success"))
 
@@ -259,7 +264,7 @@ def effects(
     Raises
     ------
     DataError, ArgumentTypeError, UnknownNameError
-        If an argument is out of its range, of the wrong kind or unknown.
+        If an argument is out of its range, of the wrong kind or unknown, or ``make_system`` leaves nothing out.
     StudyError
         If the full system cannot be run.
     """
@@ -276,6 +281,7 @@ def effects(
     audit = _Audit(make_system, observed, tolerance, t_end, sizes, options, executor, progress)
     shares = audit.estimate()
     singles = _worth_trying(shares) if candidates is None else _required(candidates)
+    audit.require_listening(singles)
     audit.run({FULL: {}, **singles})
     full = audit.trials[FULL]
     if not full.ok:
@@ -297,7 +303,8 @@ def _worth_trying(shares: EffectShares) -> dict[str, Choice]:
         blocks = [block for block, share in shares.of(effect).items() if share <= most]
         if blocks:
             options: dict[str, Any] = {effect: False, "insist": effect == "large_rotation"}
-            found[effect] = dict.fromkeys(blocks, Approximation(**options))
+            some = "" if len(blocks) == len(shares.of(effect)) else f" of {', '.join(map(repr, blocks))}"
+            found[effect + some] = dict.fromkeys(blocks, Approximation(**options))
     for block, share in shares.of("flexible").items():
         if share <= MOST_SHARE:
             found[f"flexible {block!r}"] = {block: Approximation(flexible=False)}
@@ -403,6 +410,22 @@ class _Audit:
         """Run the full system once with the largest step."""
         solution = simulate(self._make(approximation={}), self._t_end, self._steps[0], **{**QUIETLY, **self._options})
         return effect_shares(solution)
+
+    def require_listening(self, choices: Mapping[str, Choice]) -> None:
+        """Refuse a function that makes the same system whatever it is to leave out."""
+        for choice in (c for c in choices.values() if c):
+            try:
+                system = self._make(approximation=choice)
+            except PhblocksError:  # its row says what happened
+                continue
+            if not system.approximations:
+                raise DataError(
+                    f"{WHERE} make_system",
+                    expected="a system that leaves out what it is told to",
+                    got=f"one with nothing left out, for {choice!r}",
+                    fix="Give its argument on: compile(approximation=approximation).",
+                )
+            return
 
     def run(self, choices: Mapping[str, Choice]) -> None:
         """Run systems with all steps."""

@@ -170,7 +170,19 @@ def distance(a: Floats, b: Floats) -> float:
     -------
     float
         Largest over the first axis (times) of the Euclidean norm over all others (components).
+
+    Raises
+    ------
+    DataError
+        If they are not of the same shape.
     """
+    if a.shape != b.shape:
+        raise DataError(
+            "quantity of a study",
+            expected="a value of the same shape from every run, whatever its step",
+            got=f"shapes {a.shape} and {b.shape}",
+            fix="Give times=[...], at which the quantity is taken in all of them.",
+        )
     difference = (a - b).reshape(a.shape[0], -1)
     return float(np.linalg.norm(difference, axis=1).max())
 

@@ -27,13 +27,15 @@ class Linearization:
     E, A : scipy.sparse.csr_array
         Shape (m, m); m is n, or n + n_theta where the right-hand side depends on the orientation.
     B : scipy.sparse.csr_array
-        Shape (m, n_inputs).
+        Shape (m, k), a column for each of ``inputs``.
     C : scipy.sparse.csr_array
-        Shape (n_inputs, m).
+        Shape (k, m).
     D : scipy.sparse.csr_array
-        Shape (n_inputs, n_inputs).
+        Shape (k, k).
     theta : numpy.ndarray
         The rotation states among w, after the states x: those that the right-hand side or an output depends on.
+    inputs : numpy.ndarray
+        The inputs of the system that u has: all, but those that pruning takes to be zero (``system.acting``).
     """
 
     E: sp.csr_array
@@ -42,6 +44,7 @@ class Linearization:
     C: sp.csr_array
     D: sp.csr_array
     theta: Ints
+    inputs: Ints
 
     def __repr__(self) -> str:
         """Count states and inputs."""
@@ -89,18 +92,21 @@ def linearize(system: System, state: State | None = None, u: Floats | None = Non
     turning, C_theta = sp.csc_array(kappa @ by_theta), sp.csc_array(outputs @ by_theta)
     A = A + kappa @ by_x
     C = system.G(state.theta, x).T + outputs @ by_x
-    G, none = system.G(state.theta, x) + system.kinematics_u, sp.csr_array((system.n_inputs, system.n_inputs))
+    G, acting = system.G(state.theta, x) + system.kinematics_u, system.acting
+    none = sp.csr_array((acting.size, acting.size))
     used = np.flatnonzero((abs(turning).sum(axis=0) + abs(C_theta).sum(axis=0)) > 0.0)
     if not used.size:
-        return Linearization(system.rate_matrix, sp.csr_array(A), sp.csr_array(G), sp.csr_array(C), none, used)
+        B, C = sp.csr_array(G)[:, acting], sp.csr_array(C)[acting]
+        return Linearization(system.rate_matrix, sp.csr_array(A), B, C, none, used, acting)
     stay = sp.csr_array((used.size, used.size))
     return Linearization(
         sp.csr_array(sp.block_diag([system.rate_matrix, sp.eye_array(used.size)])),
         sp.csr_array(sp.block_array([[A, turning[:, used]], [system.rates[used], stay]])),
-        sp.csr_array(sp.vstack([G, system.input_rates[used]])),
-        sp.csr_array(sp.hstack([C, C_theta[:, used]])),
+        sp.csr_array(sp.vstack([G, system.input_rates[used]]))[:, acting],
+        sp.csr_array(sp.hstack([C, C_theta[:, used]]))[acting],
         none,
         used,
+        acting,
     )
 
 

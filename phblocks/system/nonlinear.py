@@ -42,7 +42,8 @@ def nonlinear_model(system: System, state: State | None = None) -> NonlinearMode
         If the energy is not quadratic: it comes with functions of the user's.
     """
     require_quadratic(system, "nonlinear model in matrices")
-    at, n, m, f = system.start if state is None else state, system.n, system.n_inputs, system.n_features
+    at, n, f, acting = system.start if state is None else state, system.n, system.n_features, system.acting
+    by_input = _picked(system.K_u, acting, system.n_inputs)
     lines = system.lines
     spans, place = lines.spans[lines.line], np.arange(lines.count)
     picked = [Triplets.of(place, spans[:, i], values=1.0).coo((lines.count, n)) for i in (0, 1)]
@@ -54,11 +55,11 @@ def nonlinear_model(system: System, state: State | None = None) -> NonlinearMode
         K=_unfolded(system.K, n, n, f),
         V=_unfolded(system.kinematics, n, n, f),
         Kg=system.K_g.coo((n, f)),
-        G=system.G0,
-        Ku=_unfolded(system.K_u, n, m, f),
-        Vu=system.kinematics_u,
+        G=system.G0[:, acting],
+        Ku=_unfolded(by_input, n, acting.size, f),
+        Vu=system.kinematics_u[:, acting],
         W=system.rates,
-        Wu=system.input_rates,
+        Wu=system.input_rates[:, acting],
         alpha=system.angles.rows,
         beta=lines.frames.rows,
         gamma=system.point_angles.rows,
@@ -92,6 +93,8 @@ class Motion:
     ----------
     state_names : tuple of str
         Of w: energy states, then rotation states.
+    input_names, output_names : tuple of str
+        Of u and y: of the inputs that act.
 
     Raises
     ------
@@ -113,6 +116,8 @@ class Motion:
             )
         self._factor = splu(sp.csc_array(system.rate_matrix[self._rows][:, self._kept]))
         self.state_names = tuple(system.state_names[i] for i in self._kept) + system.theta_names
+        self.input_names = tuple(system.input_names[i] for i in system.acting)
+        self.output_names = tuple(system.output_names[i] for i in system.acting)
 
     def start(self, state: State | None = None) -> Floats:
         """Return w at a state.
@@ -138,14 +143,16 @@ class Motion:
         w : numpy.ndarray
             Shape (k,).
         u : numpy.ndarray
-            Inputs, shape (n_inputs,).
+            Inputs, shape (m,).
 
         Returns
         -------
         numpy.ndarray
             Shape (k,).
         """
-        x, theta = self._split(w)
+        (x, theta), acting = self._split(w), np.asarray(u)
+        u = np.zeros(self._system.n_inputs)
+        u[self._system.acting] = acting
         turning = self._system.rates @ x + self._system.input_rates @ u
         return np.concatenate([self._factor.solve(self._system.force(x, theta, u)[self._rows]), turning])
 
@@ -157,15 +164,15 @@ class Motion:
         w : numpy.ndarray
             Shape (k,).
         u : numpy.ndarray
-            Inputs, shape (n_inputs,).
+            Inputs, shape (m,).
 
         Returns
         -------
         numpy.ndarray
-            Shape (n_inputs,).
+            Shape (m,).
         """
         x, theta = self._split(w)
-        return np.asarray(self._system.G(theta, x).T @ x)
+        return np.asarray(self._system.G(theta, x).T @ x)[self._system.acting]
 
     def _split(self, w: Floats) -> tuple[Floats, Floats]:
         x, w = np.zeros(self._system.n), np.asarray(w, dtype=float)
@@ -197,8 +204,17 @@ def to_control(system: System, state: State | None, u: Floats | None, nonlinear:
     if not nonlinear:
         return linear_to_control(system.matrices(state, u), eliminate)
     motion = Motion(system)
-    names = (motion.state_names, system.input_names, system.output_names)
+    names = (motion.state_names, motion.input_names, motion.output_names)
     return nonlinear_to_control(system.name, motion.rates, motion.outputs, *names)
+
+
+def _picked(entries: Triplets, second: Ints, size: int) -> Triplets:
+    """Keep some indices of the second axis, and number them anew."""
+    number = np.full(size, -1, dtype=np.int64)
+    number[second] = np.arange(second.size)
+    i, j, k = entries.indices
+    kept = number[j] >= 0
+    return Triplets((i[kept], number[j[kept]], k[kept]), entries.values[kept])
 
 
 def _unfolded(entries: Triplets, rows: int, columns: int, last: int) -> sp.coo_array:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 #: What is smaller than this, relative to the largest value of its unit, is round-off of a start.
 ROUND_OFF = 1e-14
+#: What has a smaller amplitude than this, relative to the largest one, is round-off of the run that led to a start;
+#: amplitudes are roots of twice the energy.
+ROUND_OFF_OF_RUNS = 1e-12
 
 FIX = 'Compile with effects="all", or let the diagram know: give the block the start, or the source the signal.'
 
@@ -94,7 +97,11 @@ class Pruning:
         units = np.unique([run.unit for _, run in runs], return_inverse=True)[1][number]
         largest = np.zeros(int(units.max(initial=-1)) + 1)
         np.maximum.at(largest, units[self.coordinates], np.abs(x))
-        off = np.flatnonzero(np.abs(values - system.sharing.constant[places]) > ROUND_OFF * largest[units[places]])
+        size = np.sqrt(np.concatenate([part.form.E.csr((part.form.size,) * 2).diagonal() for part in system.parts]))
+        enough = ROUND_OFF_OF_RUNS * (size[self.coordinates] * np.abs(x)).max(initial=0.0)
+        missed = np.abs(values - system.sharing.constant[places])
+        counts = (size[places] == 0.0) | (size[places] * missed > enough)  # nothing beside the energy of the others
+        off = np.flatnonzero((missed > ROUND_OFF * largest[units[places]]) & counts)
         if off.size:
             part, run = runs[number[places[off[0]]]]
             raise PrunedError(
@@ -130,7 +137,7 @@ class Pruning:
             If one that is left out is not zero.
         """
         gone = self.rotations < 0
-        if theta[self.rotations == STILL].any():
+        if (np.abs(theta[self.rotations == STILL]) > ROUND_OFF_OF_RUNS).any():
             raise PrunedError(
                 f"{where}.theta",
                 expected="zero for what nothing in the diagram turns",
@@ -214,6 +221,10 @@ class Pruning:
             Naming the first one that is not.
         """
         loud = np.flatnonzero(u[self.quiet])
+        if loud.size:  # but for round-off beside the other components of the port
+            ports = [entry.exposure for entry in system.inputs]
+            here = [np.abs(u[[port == ports[i] for port in ports]]).max() for i in self.quiet[loud]]
+            loud = loud[np.abs(u[self.quiet[loud]]) > ROUND_OFF * np.array(here)]
         if loud.size:
             name = system.input_names[self.quiet[loud[0]]]
             raise PrunedError(

@@ -130,12 +130,12 @@ def symbolic(system: System) -> SymbolicSystem:
     symbols = {name: sympy.Symbol(name, real=True) for name in values}
     x, theta, u = (
         tuple(sympy.Symbol(name, real=True) for name in _free(names, symbols))
-        for names in (system.state_names, system.theta_names, [f"u {name}" for name in system.input_names])
+        for names in (system.state_names, system.theta_names, [f"u {system.input_names[i]}" for i in system.acting])
     )
     arrays = dict(_arrays(system))
     found = _entries(system, arrays, values, symbols, where)
     phi = _features(system, x, theta, found)
-    n, m = system.n, system.n_inputs
+    n, m = system.n, system.acting.size
 
     def contracted(key: str, vector: list[Any], shape: tuple[int, int]) -> Any:
         matrix = sympy.zeros(*shape)
@@ -206,16 +206,18 @@ def _free(names: Any, taken: Mapping[str, Any]) -> list[str]:
 
 def _arrays(system: System) -> Iterator[tuple[str, Any]]:
     """All constant arrays, by name, as dense ones or as coordinates of a fixed pattern."""
-    n, m, f = system.n, system.n_inputs, system.n_features
+    n, f, acting = system.n, system.n_features, system.acting
     yield "E", system.rate_matrix.toarray()
     yield "energy", system.E.toarray()
-    for key in ("J0", "R0", "G0", "rates", "input_rates"):
+    for key in ("J0", "R0", "rates"):
         yield key, getattr(system, key).toarray()
-    yield "Vu", system.kinematics_u.toarray()
+    for key in ("G0", "input_rates"):
+        yield key, getattr(system, key).toarray()[:, acting]
+    yield "Vu", system.kinematics_u.toarray()[:, acting]
     yield "T", _dense(tuple(system.T.coords), system.T.data, (n, n, n))
     yield "K", _dense(system.K.indices, system.K.values, (n, n, f))
     yield "V", _dense(system.kinematics.indices, system.kinematics.values, (n, n, f))
-    yield "Ku", _dense(system.K_u.indices, system.K_u.values, (n, m, f))
+    yield "Ku", _dense(system.K_u.indices, system.K_u.values, (n, system.n_inputs, f))[:, acting]
     yield "Kg", _dense(system.K_g.indices, system.K_g.values, (n, f))
     yield "alpha0", system.angles.reference
     yield "beta0", system.lines.frames.reference

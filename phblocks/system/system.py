@@ -389,6 +389,14 @@ class System:
         """
         return find_constraints(self).names if self.is_dae else ()
 
+    @cached_property
+    def acting(self) -> Ints:
+        """The inputs that may differ from zero: all, but those that ``effects`` was proven without.
+
+        Matrices and models for other tools have these only: what the others alone would move is not computed.
+        """
+        return np.setdiff1d(np.arange(self.n_inputs), self.pruning.quiet)
+
     @property
     def input_names(self) -> tuple[str, ...]:
         """Name of each input."""
@@ -582,8 +590,9 @@ class System:
         n : int
             How many; fewer are returned if there are fewer.
         state : State, optional
-            The initial configuration at rest by default. A loaded state is an equilibrium only together with the
-            inputs that hold it: give them too.
+            The initial configuration at rest by default: without stress, so that under gravity it is no equilibrium,
+            and a bar that carries a mass is not stiffened by it. A loaded state, such as the end of a damped run, is an
+            equilibrium only together with the inputs that hold it: give them too.
         u : numpy.ndarray, optional
             Inputs there, shape (n_inputs,); zero by default.
 

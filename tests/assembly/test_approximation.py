@@ -150,3 +150,31 @@ def test_the_table_of_a_rigid_part_names_its_joints():
     report = two_bars(A(flexible=False), A(flexible=False)).check()
     assert report.ok
     assert "pin ground a" in str(report) and "pin a b" in str(report)
+
+
+@pytest.mark.parametrize("multiplier", [False, True])
+def test_a_rigid_beam_is_driven_by_sources(bar, multiplier):
+    """A crank that turns at 2 rad/s: at t = 0.3 s its end is at the angle 0.6."""
+    d = ph.Diagram("crank")
+    crank = d.add(ph.Beam("crank", bar, (0, 0), (1, 0), elements=2, approximation=ph.Approximation(flexible=False)))
+    d.pin(crank.start, d.ground)
+    motor = d.add(ph.AngularVelocity("motor", 2.0))
+    if multiplier:  # through a gear, which then takes on both sides
+        motor.signal = 1.0
+        gear = d.add(ph.Transformer("gear", 2.0, multiplier=True))
+        d.connect(motor.port, gear.first)
+        d.connect(gear.second, crank.start.rotation)
+    else:
+        d.connect(motor.port, crank.start.rotation)
+    solution = ph.simulate(d.compile(), 0.3, 0.001)
+    assert solution.status.ok
+    np.testing.assert_allclose(solution.position(crank, 1.0)[-1], (np.cos(0.6), np.sin(0.6)), atol=1e-6)
+
+
+def test_a_rigid_beam_is_carried_by_a_velocity(bar):
+    d = ph.Diagram("carried")
+    beam = d.add(ph.Beam("beam", bar, (0, 0), (1, 0), elements=2, approximation=ph.Approximation(flexible=False)))
+    carriage = d.add(ph.Velocity("carriage", (0.5, 0.0)))
+    d.connect(carriage.port, beam.start.translation)
+    solution = ph.simulate(d.compile(), 0.4, 0.01)
+    np.testing.assert_allclose(solution.position(beam, 0.0)[-1], (0.2, 0.0), atol=1e-12)

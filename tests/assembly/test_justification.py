@@ -138,3 +138,59 @@ def test_small_turns_are_read_at_anchors_too():
     assert solution.angle(disc.centre)[-1] == pytest.approx(0.05)
     np.testing.assert_array_equal(solution.angle(beam.end), solution.angle(beam, 1.0))
     assert solution.angle(beam.end)[-1] == pytest.approx(0.5 * 0.05 / (1.0 / 3.0 + 1e-2), rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", [3.0, 0.3])
+def test_a_spin_through_a_gear_is_refused_by_compile(section, ratio):
+    """The blade turns at the motor's 2 rad/s times the ratio; its limit is 0.3798 rad/s."""
+    d = ph.Diagram("geared")
+    beam = d.add(ph.Beam("blade", section, (0, 0), (10, 0), elements=4, degree=2, approximation=LINEAR))
+    d.pin(beam.start, d.ground)
+    motor, gear = d.add(ph.AngularVelocity("motor", 2.0)), d.add(ph.Transformer("gear", ratio))
+    d.connect(motor.port, gear.first)
+    d.connect(gear.second, beam.start.rotation)
+    with pytest.raises(ApproximationError, match=rf"{2.0 * ratio:.4g} rad/s, where"):
+        d.compile()
+
+
+def test_a_spin_of_the_next_block_is_refused_by_compile(section):
+    """A hub turns at 1 rad/s, and the blade that is welded to it with it."""
+    d = ph.Diagram("hub and blade")
+    hub = d.add(ph.Beam("hub", section, (0, 0), (1, 0), elements=1, degree=2))
+    beam = d.add(ph.Beam("blade", section, (1, 0), (10, 0), elements=4, degree=2, approximation=LINEAR))
+    d.pin(hub.start, d.ground)
+    d.weld(hub.end, beam.start)
+    motor = d.add(ph.AngularVelocity("motor", 1.0))
+    d.connect(motor.port, hub.start.rotation)
+    with pytest.raises(ApproximationError, match="1 rad/s, where"):
+        d.compile()
+
+
+def test_a_velocity_that_turns_a_block_is_refused_by_compile(section):
+    """The far end is moved across at 20 m/s, 10 m from the pin: 2 rad/s. Along both ends it is no spin."""
+
+    def moved(*held):
+        d = ph.Diagram("pushed")
+        beam = d.add(ph.Beam("blade", section, (0, 0), (10, 0), elements=4, degree=2, approximation=LINEAR))
+        for i, (anchor, velocity) in enumerate(zip((beam.start, beam.end), held, strict=True)):
+            push = d.add(ph.Velocity(f"push {i}", velocity))
+            d.connect(push.port, anchor.translation)
+        return d
+
+    with pytest.raises(ApproximationError, match="2 rad/s, where"):
+        moved((0.0, 0.0), (0.0, 20.0)).compile()
+    assert moved((0.0, 20.0), (0.0, 20.0)).compile().linear
+
+
+def test_a_spin_up_is_refused_by_simulate_although_it_starts_at_rest(section):
+    """A source that is a function of time is looked at over the whole run: 6 t (1 - t / 2 s) has its peak at 1 s."""
+    system = rotor(section, LINEAR, drive=lambda t: 6.0 * t * (1.0 - 0.5 * t)).compile()
+    with pytest.raises(ApproximationError, match="3 rad/s, where"):
+        ph.simulate(system, 2.0, 0.01)
+    assert ph.simulate(system, 0.05, 0.01).status.ok
+
+
+def test_an_input_that_fails_later_is_a_status_as_ever(section):
+    system = rotor(section, LINEAR).compile()
+    solution = ph.simulate(system, 0.1, 0.01, inputs={"root": lambda t: 0.01 if t < 0.055 else 1.0 / (t - t)})
+    assert solution.status.name == "input failed" and solution.t[-1] == pytest.approx(0.05)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from tests.benchmarks import compilation, effects, health, newton_iteration, tables
+from tests.benchmarks import compilation, effects, health, import_time, newton_iteration, tables
 
 
 def test_an_iteration_is_measured():
@@ -98,6 +98,11 @@ def test_pruned_runs_are_measured():
 def test_linear_runs_are_measured():
     unknowns, (full, loop), (step, solve) = effects.measure_linear(lambda: effects.cantilever(2), steps=5, rounds=1)
     assert unknowns == 20 and min(full, loop, step, solve) > 0.0
+
+
+def test_imports_are_measured():
+    base, [(nothing, ratio), (first, _)] = import_time.measure(["import phblocks", "import phblocks; phblocks.Beam"], 1)
+    assert 0.0 < nothing < first and base > 0.0 and ratio == pytest.approx(nothing / base)
 
 
 def test_tables_are_markdown():

@@ -52,7 +52,7 @@ class Ball(Block):
             ),
         )
 
-    def read(self, solution: ph.simulation.Solution) -> np.ndarray:
+    def read(self, solution: ph.Solution) -> np.ndarray:
         return solution.recording.points[:, solution.system.part(self.name).points][:, 0]
 
 

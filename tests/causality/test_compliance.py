@@ -285,3 +285,14 @@ def test_repairs_of_a_weld_in_conflict_in_both_domains():
         system = repair.apply(d).compile()
         solution = ph.simulate(system, 0.02, 0.002, start=system.rigid_motion(velocity=(0.0, 0.1)))
         assert solution.max_power_balance_error < 1e-11 * max(1.0, solution.energy.total.max())
+
+
+def test_no_stiffness_is_suggested_that_is_no_number():
+    """A beam of 1.7e308 N on the ground would want a spring that is stiffer than any number."""
+    section = ph.Section(axial=25.0, shear=1.7e308, bending=12.6, mass=11.0, rotary=54.0)
+    d = ph.Diagram("stiff")
+    beam = d.add(ph.Beam("beam", section, (1.5, -0.5), (0.3, 1.0), 1, 1, causality="free-free"))
+    d.pin(beam.start, d.ground)
+    with np.errstate(all="ignore"):
+        report = d.check()
+    assert not report.ok and not any("spring" in str(repair) for repair in report.repairs)

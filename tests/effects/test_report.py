@@ -60,3 +60,23 @@ def test_long_ways_are_shortened():
     d.expose(beams[-1].end.translation, "tip")
     (far,) = d.compile().effects.select(block="b0", name="V1")
     assert " <- ... <- force 'tip." in far.reason and len(far.reason.split(" <- ")) <= 8
+
+
+def test_unknown_blocks_and_effects_are_refused():
+    effects = pulled()[0].compile().effects
+    for wrong in ({"block": "baz"}, {"name": "V5"}):
+        with pytest.raises(ph.errors.UnknownNameError, match="effects"):
+            effects.select(**wrong)
+
+
+def test_orientations_are_counted_as_kept(bar):
+    """Joints of a four-bar need the angles of six ends, pinned to each other and to the ground: not 15 angles."""
+    d = ph.Diagram("four-bar")
+    places = [(0.0, 0.5), (2.0, 1.5), (3.5, 1.5), (2.5, 0.5)]
+    bars = [d.add(ph.Beam(n, bar, p, q, 4)) for n, p, q in zip("abc", places, places[1:], strict=False)]
+    for first, second in zip([d.ground, *(b.end for b in bars)], [*(b.start for b in bars), d.ground], strict=True):
+        d.pin(first, second)
+    d.expose(bars[0].start.rotation, "moment")
+    system = d.compile(outputs=None)
+    kept = sum(e.states for e in system.effects.select(name="orientation", status="kept"))
+    assert kept == len(system.theta_names) < 15

@@ -18,7 +18,7 @@ SIGNALS = {
 def run(scenes):
     """A function that simulates a scene by name, with inputs that vary, from rest."""
 
-    def simulate(name: str, t_end: float = 0.4, dt: float = 0.01, **options) -> "ph.simulation.Solution":
+    def simulate(name: str, t_end: float = 0.4, dt: float = 0.01, **options) -> "ph.Solution":
         system = options.pop("system", None) or scenes[name].compile()
         return ph.simulate(system, t_end=t_end, dt=dt, inputs=SIGNALS[name], **options)
 

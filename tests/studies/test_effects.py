@@ -159,3 +159,13 @@ def test_a_full_system_that_fails_ends_the_study():
 
     with pytest.raises(StudyError, match="full system"):
         ph.studies.effects(driven, TIP, 1e-3, t_end=0.1, steps=(0.02, 0.01), inputs={"push": far})
+
+
+def test_a_function_that_ignores_what_to_leave_out_is_refused():
+    with pytest.raises(DataError, match="nothing left out"):
+        ph.studies.effects(lambda approximation: stiff(None), TIP, 1e-3, t_end=0.2, steps=(0.02, 0.01), repeats=1)
+
+
+def test_a_value_at_every_step_needs_times():
+    with pytest.raises(DataError, match="times="):
+        ph.studies.effects(stiff, lambda s: s.energy.kinetic, 1e-3, t_end=0.2, steps=(0.02, 0.01), repeats=1)

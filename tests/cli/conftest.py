@@ -1,0 +1,79 @@
+"""Files as users have them, and commands run in this process."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from phblocks.cli import main
+
+#: A point mass in free fall, pushed along x on request: every number of its runs is known by heart.
+STONE = """
+import phblocks as ph
+
+def diagram():
+    d = ph.Diagram("stone", gravity=(0.0, -10.0))
+    stone = d.add(ph.Mass("stone", 2.0, (0.0, 0.0)))
+    d.expose(stone.centre.translation, "push")
+    return d
+"""
+#: A flexible pendulum that falls from horizontal; takes elements.
+ROD = """
+import phblocks as ph
+
+SECTION = ph.Section(axial=4e4, shear=2e4, bending=60.0, mass=1.2, rotary=2e-3)
+
+def diagram(elements=2):
+    d = ph.Diagram("rod", gravity=(0.0, -9.81))
+    rod = d.add(ph.Beam("rod", SECTION, (0.0, 0.0), (1.0, 0.0), elements=elements, degree=2))
+    d.pin(rod.start, d.ground)
+    return d
+"""
+#: Two bodies that both give velocity where they are pinned.
+BODIES = """
+import phblocks as ph
+
+diagram = ph.Diagram("bodies")
+a = diagram.add(ph.RigidBody("a", 1.0, 0.1, (0.0, 0.0), {"tip": (1.0, 0.0)}))
+b = diagram.add(ph.RigidBody("b", 1.0, 0.1, (2.0, 0.0), {"tip": (1.0, 0.0)}))
+diagram.pin(a["tip"], b["tip"])
+"""
+FILES = {"stone.py": STONE, "rod.py": ROD, "bodies.py": BODIES}
+
+
+@dataclass
+class Said:
+    """What a command left."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """Its answer, of a command with --json: nothing else may be on stdout."""
+        return json.loads(self.out, parse_constant=pytest.fail)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """A folder with the files, where commands run."""
+    for name, text in FILES.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def phblocks(folder, capsys) -> Callable[..., Said]:
+    """A function that carries out a command, given as on the command line."""
+
+    def carry_out(line: str, *more: str) -> Said:
+        code = main([*line.split(), *more])
+        captured = capsys.readouterr()
+        return Said(code, captured.out, captured.err)
+
+    return carry_out
