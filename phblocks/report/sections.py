@@ -132,17 +132,15 @@ def health(solution: Solution) -> str:
     """
     findings = solution.health.findings
     rows: list[list[Cell]] = [
-        [f.name, f.value if f.value is not None else "not known", f.unit, f.cells[2], f.verdict, f.cells[4], f.advice]
+        [f.name, "not known" if f.value is None else f.value, f.cells[2], f.verdict, f.cells[4], f.needed]
         for f in findings
     ]
     projected = solution.statistics.start_energy_change
     if projected:
-        rows.append(
-            ["energy the start was changed by", projected, "J", "", "noted", "", "It met the constraints then."]
-        )
+        rows.append(["energy the start was changed by, J", projected, "", "noted", "", ""])
     over = "".join(f'<li class="bad">{escape(str(finding))}</li>' for finding in findings.over)
     listed = f"<ul>{over}</ul>\n" if over else ""
-    return listed + table(("what", "value", "unit", "limit", "verdict", "where", "advice"), rows, "health-table")
+    return listed + table(("what", "value", "limit", "verdict", "where", "advice"), rows, "health-table")
 
 
 def cost(solution: Solution) -> str:

@@ -38,6 +38,8 @@ MINOR, QUIET = 0.05, 1e-6
 LIGHT = 1e-6
 #: Shorter runs are judged by their balance only.
 FEWEST = 20
+#: Positions are looked at unasked in runs of so many steps for every block: they cost some 0.1 ms a block.
+STEPS_A_BLOCK = 4
 #: All is held by joints where the energy is smaller than this, relative to what their forces could move in a step.
 HELD = 1e-20
 
@@ -159,16 +161,31 @@ class Health:
 
     @cached_property
     def watched(self) -> Findings:
-        """What is looked at after every run; in runs of less than 20 steps only balances have a limit."""
-        findings = [*self._of_steps(), *_of_positions(self._run, self.limits)]
-        if self._run.statistics.steps < FEWEST:
-            findings = [f if f.name.startswith(BALANCE) else replace(f, limit=None) for f in findings]
-        return Findings(findings)
+        """What is looked at after every run: positions of many blocks only if it has steps enough to pay for them."""
+        return Findings([*self._judged_steps, *(self._positions if self._pays else [])])
 
     @cached_property
     def findings(self) -> Findings:
         """All of it, with frequencies and condition at the end of the run, which are found when first asked for."""
-        return Findings([*self.watched, *_of_frequencies(self._run)])
+        return Findings([*self._judged_steps, *self._positions, *_of_frequencies(self._run)])
+
+    @property
+    def _pays(self) -> bool:
+        return bool(self._run.statistics.steps >= STEPS_A_BLOCK * len(self._run.labels.blocks))
+
+    @cached_property
+    def _judged_steps(self) -> Sequence[Finding]:
+        return self._limited(self._of_steps())
+
+    @cached_property
+    def _positions(self) -> Sequence[Finding]:
+        return self._limited(_of_positions(self._run, self.limits))
+
+    def _limited(self, findings: Sequence[Finding]) -> Sequence[Finding]:
+        """In runs of less than 20 steps only balances have a limit."""
+        if self._run.statistics.steps >= FEWEST:
+            return findings
+        return [f if f.name.startswith(BALANCE) else replace(f, limit=None) for f in findings]
 
     def __getitem__(self, name: str) -> Finding:
         """Return one by its name."""

@@ -52,6 +52,11 @@ class Finding:
         return "ok" if self.value <= self.limit else "over"
 
     @property
+    def needed(self) -> str:
+        """The advice, if it is over its limit or not known; else nothing."""
+        return self.advice if self.verdict in ("over", "unknown") else ""
+
+    @property
     def cells(self) -> tuple[str, ...]:
         """Texts for a table: :data:`COLUMNS`."""
         value = "-" if self.value is None else f"{self.value:.3g} {self.unit}".rstrip()
@@ -136,8 +141,7 @@ class Findings(Sequence[Finding]):
         widths = [max(len(r[c]) for r in rows) for c in range(len(COLUMNS))]
         lines = ["  ".join(cell.ljust(w) for cell, w in zip(r, widths, strict=True)).rstrip() for r in rows]
         lines.insert(1, "-" * min(max(map(len, lines)), 120))
-        told = [f for f in self._findings if f.advice and f.verdict in ("over", "unknown")]
-        return "\n".join(lines + [f"{f.name}: {f.advice}" for f in told])
+        return "\n".join(lines + [f"{f.name}: {f.needed}" for f in self._findings if f.needed])
 
     def __repr__(self) -> str:
         """Return the table."""

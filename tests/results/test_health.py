@@ -267,6 +267,19 @@ def test_a_loop_that_opens_is_named(bar, four_bar):
     assert sick.status.ok and sick.health["energy balance, whole run"].verdict == "ok"
 
 
+def test_positions_of_many_blocks_are_left_to_those_who_ask(bar):
+    """Twelve links in 40 steps: their gaps would cost more than a twentieth of the run; printed they are."""
+    d = ph.Diagram("chain", gravity=(0.0, -9.81))
+    links = [d.add(ph.Beam(f"link {i}", bar, (i, 0.0), (i + 1.0, 0.0), elements=2)) for i in range(12)]
+    d.pin(links[0].start, d.ground)
+    for left, right in itertools.pairwise(links):
+        d.pin(left.end, right.start)
+    health = ph.simulate(d.compile(), 0.2, 0.005, limits=ph.Limits(gap=1e-12)).health
+    name = "gap of strain and configuration"
+    assert health.ok and name not in {f.name for f in health.watched}
+    assert health[name].verdict == "over" and name in str(health)
+
+
 def test_small_motions_have_no_gap(four_bar):
     system = four_bar().compile().small_motions()
     health = ph.simulate(system, 0.5, 0.02).health
