@@ -31,10 +31,11 @@ if TYPE_CHECKING:
     from phblocks.effects import Effect, EffectsReport
     from phblocks.errors import PhblocksError
     from phblocks.files.access import read
-    from phblocks.files.stored import SavedRun
+    from phblocks.files.saved import SavedRun
     from phblocks.files.stream import Stream
     from phblocks.nesting import Nested
     from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
+    from phblocks.results.health import Health, Limits
     from phblocks.results.solution import Solution
     from phblocks.resumption import resume
     from phblocks.simulation import simulate
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from phblocks.solvers.radau import RadauIIA
     from phblocks.solvers.scipy_ivp import ScipyIVP
     from phblocks.system import State, System
+    from phblocks.system.stability import StabilityCard
 else:
     #: Modules that are public themselves.
     _MODULES = ("errors", "fmu", "plots", "studies")
@@ -75,10 +77,11 @@ else:
         "diagram": "Diagram load",
         "effects": "Effect EffectsReport",
         "files.access": "read",
-        "files.stored": "SavedRun",
+        "files.saved": "SavedRun",
         "files.stream": "Stream",
         "nesting": "Nested",
         "ports": "ELECTRICAL HYDRAULIC ROTATION TRANSLATION Anchor Domain Port Quantity",
+        "results.health": "Health Limits",
         "results.solution": "Solution",
         "resumption": "resume",
         "simulation": "simulate",
@@ -92,6 +95,7 @@ else:
         "solvers.radau": "RadauIIA",
         "solvers.scipy_ivp": "ScipyIVP",
         "system": "State System",
+        "system.stability": "StabilityCard",
     }
     _PLACES = {name: module for module, names in _NAMES.items() for name in names.split()}
 
@@ -135,7 +139,9 @@ __all__ = [
     "Force",
     "GaussLegendre",
     "Gyrator",
+    "Health",
     "Inductor",
+    "Limits",
     "LineLoad",
     "LinearlyImplicit",
     "Mass",
@@ -160,6 +166,7 @@ __all__ = [
     "Slider",
     "Solution",
     "Spring",
+    "StabilityCard",
     "State",
     "Stream",
     "System",

@@ -212,3 +212,7 @@ class PhblocksWarning(UserWarning):
 
 class ApproximationWarning(PhblocksWarning):
     """A run left the range in which an effect may be left out."""
+
+
+class HealthWarning(PhblocksWarning):
+    """A run reached its end, but a number of ``solution.health`` is above its limit."""

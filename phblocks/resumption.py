@@ -17,6 +17,7 @@ from phblocks.files.stored import Checkpoint, Stored
 from phblocks.files.stream import require_path
 from phblocks.inputs import Drive, InputFailed, NotFinite, Signal
 from phblocks.loop import Run, Seconds, require_resumable, walk_of
+from phblocks.results.health import Limits, judged, require_limits
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
 from phblocks.solvers.method import Integrator, Method
@@ -29,6 +30,7 @@ def resume(
     inputs: Mapping[str, Signal] | None = None,
     method: Method | Integrator | None = None,
     progress: bool | None = None,
+    limits: Limits | None = None,
 ) -> Solution:
     """Go on with a run that ``simulate(..., save=path)`` wrote and that did not reach its end.
 
@@ -47,6 +49,8 @@ def resume(
         That of the run, if it is one of your own; others are told by the file.
     progress : bool, optional
         Show a progress bar; by default if a terminal is attached and the run takes longer than a second.
+    limits : Limits, optional
+        As in ``simulate``.
 
     Returns
     -------
@@ -62,7 +66,13 @@ def resume(
         If the inputs are not those of the run.
     ArgumentTypeError
         If an argument is of the wrong kind.
+
+    Warns
+    -----
+    HealthWarning
+        As in ``simulate``, where the run goes on.
     """
+    given = require_limits("resume limits", limits)
     clock, file = perf_counter(), require_path("resume path", path)
     stored = Stored.open(file)
     require_same(stored, system, "resume")
@@ -84,7 +94,8 @@ def resume(
     recorder.remember(checkpoint.recorder)
     seconds = Seconds(**{key: stored.totals[key] for key in Seconds.__dataclass_fields__})
     seconds.preparation_seconds += perf_counter() - clock
-    return Run(system, settings, walk, recorder, seconds, checkpoint.time).carry_out(progress, journal)
+    solution = Run(system, settings, walk, recorder, seconds, checkpoint.time).carry_out(progress, journal)
+    return judged(solution, given or Limits.suited(settings.keeps_energy))
 
 
 def _require_same_inputs(checkpoint: Checkpoint, drive: Drive) -> None:

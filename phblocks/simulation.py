@@ -19,6 +19,7 @@ from phblocks.files.settings import Settings
 from phblocks.files.stream import Stream
 from phblocks.inputs import Drive, InputFailed, NotFinite, Signal
 from phblocks.loop import Run, Seconds, require_resumable, walk_of
+from phblocks.results.health import Limits, judged, require_limits
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
 from phblocks.solvers.adaptive import Adaptive
@@ -52,6 +53,7 @@ def simulate(
     progress: bool | None = None,
     save: Stream | str | os.PathLike[str] | None = None,
     projection: Projection | None = None,
+    limits: Limits | None = None,
 ) -> Solution:
     """Integrate a system in time.
 
@@ -99,6 +101,9 @@ def simulate(
         current chunk in memory; needs h5py. See :class:`~phblocks.files.stream.Stream`.
     projection : Projection, optional
         Close loops every so many steps; the energy that this changes is in the ledger.
+    limits : Limits, optional
+        Above which numbers of ``solution.health`` a run that reached its end is warned of; ``Limits()`` by default,
+        with 1e-2 for the balance if the method does not keep energy.
 
     Returns
     -------
@@ -125,6 +130,8 @@ def simulate(
     -----
     ApproximationWarning
         If a block without large rotations turned by more than 0.1 rad.
+    HealthWarning
+        If the run reached its end and a number of ``solution.health`` is above its limit.
     """
     if not isinstance(system, System):
         raise ArgumentTypeError("simulate", expected="a System", got=type(system).__name__, fix="Call compile() first.")
@@ -158,6 +165,7 @@ def simulate(
             got=f"{projection!r} with {method!r}",
             fix="Make them first, or leave them out.",
         )
+    given = require_limits("simulate limits", limits)
     _require_time("dt", dt, 0.0)
     _require_time("t_end", t_end, dt)
     every = 1 if save_every is None else save_every
@@ -176,6 +184,7 @@ def simulate(
     chosen = None if times is None else _require_times(times, t_end)
     schedule = Schedule(float(t_end), float(dt), int(every), chosen, steps_too=save_every is not None)
     settings = Settings(schedule, method, int(max_halvings), adaptive, projection)
+    allowed = given or Limits.suited(settings.keeps_energy)
     state = system.start if start is None else require_state(system, start, "simulate start")
     state = state if system.quadratic else State(system.settled(state.x), state.theta, state.points)
     drive = Drive(system, {} if inputs is None else inputs)
@@ -191,7 +200,7 @@ def simulate(
     recorder = Recorder(system, walk.stage, walk.weights, walk.nodes, 0.0, state)
     run = Run(system, settings, walk, recorder, Seconds(perf_counter() - clock, 0.0, change))
     if save is None:
-        solution = run.carry_out(progress, None)
+        solution = judged(run.carry_out(progress, None), allowed)
         warn_of_turns(system, solution.recording.theta)
         return solution
     require_resumable(walk, settings)
@@ -201,7 +210,7 @@ def simulate(
     except BaseException:
         journal.close()
         raise
-    solution = run.carry_out(progress, journal)
+    solution = judged(run.carry_out(progress, journal), allowed)
     if watched(system):
         warn_of_turns(system, solution.recording.theta)
     return solution

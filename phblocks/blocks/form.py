@@ -8,6 +8,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from phblocks.blocks.centreline import Centreline
 from phblocks.blocks.hold import Hold
 from phblocks.blocks.modulation import Modulation
 from phblocks.blocks.storage import Storage
@@ -294,6 +295,16 @@ class Form:
             None for a block without extension.
         """
         return ()
+
+    def centreline(self) -> Centreline | None:
+        """Describe the line that strain deforms, for checks of many blocks at once.
+
+        Returns
+        -------
+        Centreline or None
+            ``None`` for a block that no strain deforms.
+        """
+        return None
 
     def profile(self, history: History, quantity: Profile, places: Sequence[Place]) -> Floats | None:
         """Read a quantity along the block, to colour a picture by.

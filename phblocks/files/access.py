@@ -6,8 +6,9 @@ import os
 from typing import overload
 
 from phblocks.errors import ArgumentTypeError, ResultFileError
+from phblocks.files.saved import SavedRun, StoredRecording, StoredStatistics, limits_of
 from phblocks.files.settings import fingerprint
-from phblocks.files.stored import SavedRun, Stored, StoredRecording, StoredStatistics
+from phblocks.files.stored import Stored
 from phblocks.files.stream import require_path
 from phblocks.results.labels import Labels
 from phblocks.results.solution import Solution
@@ -68,7 +69,7 @@ def solution_of(stored: Stored, system: System, status: Status) -> Solution:
     Solution
         Its arrays are read when they are asked for.
     """
-    return Solution(system, StoredRecording(stored), status, StoredStatistics(stored))
+    return Solution(system, StoredRecording(stored), status, StoredStatistics(stored), limits_of(stored))
 
 
 def require_same(stored: Stored, system: System, where: str) -> None:

@@ -60,6 +60,12 @@ class Settings:
     adaptive: Adaptive | None
     projection: Projection | None = None
 
+    @property
+    def keeps_energy(self) -> bool:
+        """Whether the method promises the balance of energy: those here do that do not choose their own steps."""
+        promises = type(self.method).__name__ in KNOWN and not isinstance(self.method, Integrator)
+        return promises and not getattr(self.method, "allow_energy_error", False)
+
     def text(self) -> dict[str, Any]:
         """Describe them by texts and numbers.
 
@@ -70,6 +76,7 @@ class Settings:
         """
         described = {"method": _described(self.method), "adaptive": _described(self.adaptive)}
         described["projection"] = _described(self.projection)
+        described["keeps_energy"] = self.keeps_energy
         return {**dataclasses.asdict(self.schedule), "max_halvings": int(self.max_halvings), **described}
 
     @classmethod

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from phblocks.errors import ResultFileError
 from phblocks.files.envelope import Content, hdf5, reading, verify
 from phblocks.results.labels import Labels
-from phblocks.results.readings import Readings
-from phblocks.results.recording import ROWS, SERIES, STEPS, Ledger, Recording
-from phblocks.results.status import Statistics, Status
-from phblocks.triplets import Floats
+from phblocks.results.monitor import SUMS
+from phblocks.results.recording import RESIDUALS, ROWS
+from phblocks.results.status import Status
+from phblocks.triplets import Floats, Ints
 
 _TEXTS = ("state_names", "state_units", "theta_names", "energy_kinds", "blocks", "input_names", "output_names")
 
@@ -127,7 +127,7 @@ class Stored:
     totals : dict of str to float
         What it took.
     worst : dict of str to numpy.ndarray
-        Largest residuals.
+        Largest residuals, and sums over the steps.
     index : int
         Number of the last chunk.
     """
@@ -155,7 +155,7 @@ class Stored:
             self.index = int(file["index"][()])
             self.totals: dict[str, float] = json.loads(file["totals"].asstr()[()])
             self._status = json.loads(file["status"].asstr()[()]) if "status" in file else None
-            self.worst = {key: file[f"worst/{key}"][:] for key in ("block_error", "connection_error")}
+            self.worst = {key: file[f"worst/{key}"][:] for key in (*RESIDUALS, *SUMS)}
 
     @classmethod
     def open(cls, path: Path) -> Stored:
@@ -242,6 +242,44 @@ class Stored:
             parts.append(self.pending[path])
         return np.concatenate(parts)
 
+    def taken(self, name: str, rows: Ints) -> NDArray[Any]:
+        """Read some entries of a series.
+
+        Parameters
+        ----------
+        name : str
+            One of ``ROWS``.
+        rows : numpy.ndarray
+            Their numbers.
+
+        Returns
+        -------
+        numpy.ndarray
+            Of these times, in this order.
+        """
+        total = sum(counts := self._extents(name))
+        wanted, order = np.unique(np.arange(total)[rows], return_inverse=True)
+        path, parts, first = path_of(name), [], 0
+        for number, count in enumerate(counts):
+            here = wanted[(wanted >= first) & (wanted < first + count)] - first
+            first += count
+            if not here.size:
+                continue
+            if number < len(self.files):
+                with reading(self.files[number]) as file:  # h5py selects nothing from what has no entries
+                    parts.append(file[path][here] if file[path].size else file[path][:][here])
+            else:
+                parts.append(self.pending[path][here])
+        return np.concatenate(parts)[order] if parts else self.array(name)[:0]
+
+    def _extents(self, name: str) -> list[int]:
+        """Entries of a series in each file, and in memory."""
+        counts = []
+        for number in range(len(self.files)):
+            with reading(self.files[number]) as file:
+                counts.append(self.extent(number, file, name))
+        return [*counts, *([self.pending[path_of(name)].shape[0]] if path_of(name) in self.pending else [])]
+
     def extent(self, number: int, file: Any, name: str) -> int:
         """Count the entries of a series in a file that still hold.
 
@@ -295,99 +333,3 @@ def path_of(name: str) -> str:
         The path.
     """
     return f"{'rows' if name in ROWS else 'steps'}/{name}"
-
-
-class StoredRecording(Recording):
-    """A recording whose arrays are read when they are asked for.
-
-    Parameters
-    ----------
-    stored : Stored
-        The files.
-    """
-
-    def __init__(self, stored: Stored) -> None:
-        self._stored = stored
-
-    def __getattr__(self, name: str) -> Any:
-        """Read an array."""
-        if name == "ledger":
-            value: Any = StoredLedger(self._stored)
-        elif name in ROWS:
-            value = self._stored.array(name)
-        else:
-            raise AttributeError(name)
-        self.__dict__[name] = value
-        return value
-
-
-class StoredLedger(Ledger):
-    """A ledger whose arrays are read when they are asked for.
-
-    Parameters
-    ----------
-    stored : Stored
-        The files.
-    """
-
-    def __init__(self, stored: Stored) -> None:
-        self._stored = stored
-        self.block_error, self.connection_error = stored.worst["block_error"], stored.worst["connection_error"]
-
-    def __getattr__(self, name: str) -> Any:
-        """Read an array."""
-        if name not in (*SERIES, "balance_error"):
-            raise AttributeError(name)
-        self.__dict__[name] = value = self._stored.array(name)
-        return value
-
-
-class StoredStatistics(Statistics):
-    """Statistics whose arrays are read when they are asked for.
-
-    Parameters
-    ----------
-    stored : Stored
-        The files.
-    """
-
-    def __init__(self, stored: Stored) -> None:
-        self.__dict__.update(stored.totals, _stored=stored)
-
-    def __getattr__(self, name: str) -> Any:
-        """Read an array."""
-        if name not in STEPS:
-            raise AttributeError(name)
-        self.__dict__[name] = value = self.__dict__["_stored"].array(name)
-        return value
-
-
-class SavedRun(Readings):
-    """A run as it is on disk, finished or not, read without its system.
-
-    Parameters
-    ----------
-    stored : Stored
-        The files.
-
-    Attributes
-    ----------
-    recording : Recording
-        The arrays, read when they are asked for.
-    status : Status
-        How the run ended; "interrupted" if it was killed, or still goes on.
-    statistics : Statistics
-        What it took.
-    settings : dict
-        What it was asked for: ``t_end``, ``dt``, ``method`` and so on.
-    """
-
-    def __init__(self, stored: Stored) -> None:
-        self._labels = stored.labels
-        self.recording, self.statistics = StoredRecording(stored), StoredStatistics(stored)
-        self.status, self.settings = stored.status, dict(stored.about["settings"])
-
-    @property
-    def labels(self) -> Labels:
-        """The names of states, blocks, connections and inputs."""
-        return self._labels

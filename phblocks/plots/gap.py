@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from phblocks.errors import DataError, UnknownNameError
 from phblocks.plots.arguments import require_solution
+from phblocks.results.gaps import block_gaps
 from phblocks.results.solution import Solution
 from phblocks.triplets import Floats
 
@@ -80,33 +79,6 @@ def gap(solution: Solution, *, ax: Axes | None = None) -> Axes:
     for text in legend.get_texts():
         text.set_parse_math(False)
     return ax
-
-
-def block_gaps(solution: Solution) -> Mapping[str, Floats]:
-    """Measure how far strain and configuration are apart, block by block.
-
-    Parameters
-    ----------
-    solution : Solution
-        Of a run.
-
-    Returns
-    -------
-    mapping of str to numpy.ndarray
-        For each block with both positions the largest distance over its outline, shape (times,), m.
-    """
-    gaps = {}
-    for part in solution.system.parts:
-        with suppress(UnknownNameError):  # not every block has both positions
-            apart = [
-                np.linalg.norm(
-                    solution.position(part.name, s, source="strain") - solution.position(part.name, s), axis=1
-                )
-                for s in part.form.outline()
-            ]
-            if apart:
-                gaps[part.name] = np.max(apart, axis=0)
-    return gaps
 
 
 def _joint_gaps(solution: Solution) -> Mapping[str, Floats]:

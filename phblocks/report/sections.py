@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from html import escape
-from typing import Any
 
 import numpy as np
 
 from phblocks.causality import CausalityReport
-from phblocks.errors import UnknownNameError
 from phblocks.plots.diagram import diagram
 from phblocks.plots.energy import energy
 from phblocks.plots.power_flow import power_flow
@@ -124,7 +121,7 @@ def energies(solution: Solution) -> str:
 
 
 def health(solution: Solution) -> str:
-    """Tabulate what the run keeps, and what it does not.
+    """Tabulate what the run keeps, and what it does not, each with a limit, a verdict and what to do.
 
     Parameters
     ----------
@@ -134,26 +131,24 @@ def health(solution: Solution) -> str:
     Returns
     -------
     str
-        HTML; also what an attribute ``health`` of the solution says, if there is one.
+        HTML, of ``solution.health``.
     """
-    worst, residual = solution.power.worst
-    energy = max((float(np.abs(series).max()) for series in solution.energy.values()), default=0.0)
+    findings = solution.health.findings
     rows: list[list[Cell]] = [
-        ["balance of the whole, worst step", solution.max_power_balance_error, "J"],
-        ["largest energy, for comparison", energy, "J"],
-        [f"balance of {worst}, the worst part", residual, "J"],
-        ["energy the start was changed by", solution.statistics.start_energy_change, "J"],
-        ["steps halved", solution.statistics.halvings, ""],
-        ["times loops were closed", solution.statistics.projections, ""],
-        ["energy that closing loops added", solution.statistics.projection_energy_change, "J"],
-        ["energy the method took away", float(solution.energy.numerical_loss[-1]), "J"],
-        ["steps rejected", solution.statistics.rejections, ""],
+        [f.name, "not known" if f.value is None else f.value, f.cells[2], f.verdict, f.cells[4], f.needed]
+        for f in findings
     ]
-    with suppress(UnknownNameError):
-        rows += [[f"gap of {name}", float(gap.max()), "m"] for name, gap in solution.closure().items()]
-    told: Any = getattr(solution, "health", None)
-    own = "" if told is None else f"<pre>{escape(str(told))}</pre>\n"
-    return own + table(("what", "value", "unit"), rows, "health-table")
+    s = solution.statistics
+    noted: list[tuple[str, float]] = [
+        ("energy the start was changed by, J", s.start_energy_change),
+        ("times loops were closed", s.projections),
+        ("energy that closing loops added, J", s.projection_energy_change),
+        ("energy the method took away, J", float(solution.energy.numerical_loss[-1])),
+    ]
+    rows += [[what, value, "", "noted", "", ""] for what, value in noted if value]
+    over = "".join(f'<li class="bad">{escape(str(finding))}</li>' for finding in findings.over)
+    listed = f"<ul>{over}</ul>\n" if over else ""
+    return listed + table(("what", "value", "limit", "verdict", "where", "advice"), rows, "health-table")
 
 
 def cost(solution: Solution) -> str:

@@ -58,8 +58,8 @@ def history_of(system: System, recording: Recording, part: Part) -> History:
     return History(x, theta, recording.points[:, part.points] if tracked else None)
 
 
-def bases(system: System, recording: Recording) -> Mapping[str, Base]:
-    """Find a known place on every block, along a spanning tree from the known sites.
+class Chords:
+    """Vectors between places of a block, rebuilt from strain and orientation.
 
     Parameters
     ----------
@@ -67,15 +67,78 @@ def bases(system: System, recording: Recording) -> Mapping[str, Base]:
         The system.
     recording : Recording
         Of a run of it.
+    """
+
+    def __init__(self, system: System, recording: Recording) -> None:
+        self.system, self.recording = system, recording
+        self._histories: dict[str, History] = {}
+
+    def history(self, part: Part) -> History:
+        """Return the history of a block.
+
+        Parameters
+        ----------
+        part : Part
+            The block.
+
+        Returns
+        -------
+        History
+            Cut out once.
+        """
+        if part.name not in self._histories:
+            self._histories[part.name] = history_of(self.system, self.recording, part)
+        return self._histories[part.name]
+
+    def between(self, part: Part, first: Place, second: Place) -> Floats:
+        """Rebuild the vector between two places.
+
+        Parameters
+        ----------
+        part : Part
+            The block.
+        first, second : Place
+            On it.
+
+        Returns
+        -------
+        numpy.ndarray
+            From first to second, shape (times, dimension), m.
+        """
+        return part.form.chord(self.history(part), first, second)
+
+    def to_centre(self, part: Part) -> Floats:
+        """Rebuild the vector from the place positions are counted from to the centre of mass.
+
+        Parameters
+        ----------
+        part : Part
+            The block.
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (times, dimension), m.
+        """
+        return part.form.mean_chord(self.history(part))
+
+
+def bases(chords: Chords) -> Mapping[str, Base]:
+    """Find a known place on every block, along a spanning tree from the known sites.
+
+    Parameters
+    ----------
+    chords : Chords
+        Of a run.
 
     Returns
     -------
     mapping of str to Base
         By name of the block; blocks without extension are left out.
     """
+    system, recording = chords.system, chords.recording
     found: dict[str, Base] = {}
-    histories = {p.name: history_of(system, recording, p) for p in system.parts}
-    forms = {p.name: p.form for p in system.parts}
+    parts = {p.name: p for p in system.parts}
     at_block: dict[str, list[int]] = {}
     for number, site in enumerate(system.sites):
         for name, _ in site.places:
@@ -100,7 +163,7 @@ def bases(system: System, recording: Recording) -> Mapping[str, Base]:
         for other in at_block.get(name, ()):
             place = next(p for n, p in system.sites[other].places if n == name)
             if other not in position:
-                reach(other, base.position + forms[name].chord(histories[name], base.place, place))
+                reach(other, base.position + chords.between(parts[name], base.place, place))
 
     for number, site in enumerate(system.sites):
         if site.known:
@@ -109,11 +172,12 @@ def bases(system: System, recording: Recording) -> Mapping[str, Base]:
     follow()
     for part in system.parts:
         if part.name not in found and part.form.points is not None:
-            history = histories[part.name]
-            if history.points is None:
+            if part.points.stop == part.points.start:
                 continue
             mass = part.form.points.mass
-            centre = np.einsum("tmd,m->td", history.points, mass) / mass.sum()
-            settle(part.name, Base(part.form.base, centre - part.form.mean_chord(history)))
+            if not mass.any():
+                continue
+            centre = np.einsum("tmd,m->td", recording.points[:, part.points], mass) / mass.sum()
+            settle(part.name, Base(part.form.base, centre - chords.to_centre(part)))
             follow()
     return found

@@ -9,6 +9,7 @@ import numpy as np
 
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY
 from phblocks.errors import UnknownNameError
+from phblocks.results.health import Health, Limits
 from phblocks.results.labels import Labels
 from phblocks.results.power import PowerLedger
 from phblocks.results.recording import Recording
@@ -27,11 +28,14 @@ class Readings(ABC):
         How the run ended.
     statistics : Statistics
         What it took.
+    limits : Limits
+        What its health is judged by.
     """
 
     recording: Recording
     status: Status
     statistics: Statistics
+    limits: Limits
 
     @property
     @abstractmethod
@@ -115,3 +119,8 @@ class Readings(ABC):
     def power(self) -> PowerLedger:
         """Who gave energy to whom: by block and by connection, with the worst residuals."""
         return PowerLedger(self.labels, self.recording)
+
+    @cached_property
+    def health(self) -> Health:
+        """Balance, gaps, drifts, unresolved energy and counts, each with a limit and a verdict; prints as a table."""
+        return Health(self, self.limits)

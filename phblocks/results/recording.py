@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from phblocks.frames import rotate
 from phblocks.results.changes import added_by_projection, taken_by_method
 from phblocks.results.middles import Middles
+from phblocks.results.monitor import Monitor, Sums
 from phblocks.solvers.method import Unknowns
 from phblocks.solvers.step import Step
 from phblocks.system import State, System
@@ -34,8 +35,11 @@ SERIES = (
     "projected",
 )
 #: What is kept at every saved time, and of every step.
-ROWS = ("t", "x", "theta", "points", "input_integral", *SERIES, "balance_error")
+STATES = ("t", "x", "theta", "points", "input_integral")
+ROWS = (*STATES, *SERIES, "balance_error")
 STEPS = ("newton_iterations", "lag", "residual")
+#: What is kept of a whole run: the largest residuals, and sums.
+RESIDUALS = ("block_error", "connection_error")
 
 
 @dataclass(repr=False)
@@ -105,6 +109,8 @@ class Recording:
         Time integrals of the inputs, shape (times, n_inputs).
     ledger : Ledger
         Energies.
+    sums : Sums
+        Of all steps, saved or not.
     """
 
     t: Floats
@@ -113,6 +119,7 @@ class Recording:
     points: Floats
     input_integral: Floats
     ledger: Ledger
+    sums: Sums
 
     @classmethod
     def of(cls, series: Mapping[str, Floats], worst: Mapping[str, Floats]) -> Recording:
@@ -123,15 +130,17 @@ class Recording:
         series : mapping of str to numpy.ndarray
             :data:`ROWS`.
         worst : mapping of str to numpy.ndarray
-            The largest residuals of blocks and connections.
+            The largest residuals of blocks and connections, and the sums.
 
         Returns
         -------
         Recording
             Of these.
         """
-        ledger = Ledger(**{key: series[key] for key in (*SERIES, "balance_error")}, **worst)
-        return cls(series["t"], series["x"], series["theta"], series["points"], series["input_integral"], ledger)
+        of_run = {key: worst[key] for key in RESIDUALS}
+        ledger = Ledger(**{key: series[key] for key in (*SERIES, "balance_error")}, **of_run)
+        t, x, theta, points, integral = (series[key] for key in STATES)
+        return cls(t, x, theta, points, integral, ledger, Sums.of(worst))
 
     def sliced(self, times: Ints) -> Recording:
         """Keep some of the saved times.
@@ -144,13 +153,12 @@ class Recording:
         Returns
         -------
         Recording
-            The largest residuals stay those of the whole run.
+            The largest residuals and the sums stay those of the whole run.
         """
-        of_run = {name: getattr(self.ledger, name) for name in ("block_error", "connection_error")}
+        of_run = {name: getattr(self.ledger, name) for name in RESIDUALS}
         ledger = Ledger(**{name: getattr(self.ledger, name)[times] for name in (*SERIES, "balance_error")}, **of_run)
-        return Recording(
-            self.t[times], self.x[times], self.theta[times], self.points[times], self.input_integral[times], ledger
-        )
+        t, x, theta, points, integral = (getattr(self, name)[times] for name in STATES)
+        return Recording(t, x, theta, points, integral, ledger, self.sums)
 
 
 @dataclass
@@ -185,13 +193,14 @@ class Recorder:
     def __post_init__(self) -> None:
         """Save the start."""
         self._books, self._expand = _Books.of(self.system), self.system.sharing.expand
-        self._x, self._points = self.start.x, self.start.points
+        self._points = self.start.points
         self._stored = self._books.stored(self._expand(self.start.x[None]))
         self._totals = self._books.zero()
         self._worst = [np.zeros(len(self.system.parts)), np.zeros(len(self.system.connections.names))]
         self._error_since = 0.0
         self._integral = np.zeros(self.system.n_inputs)
         self._middles, self._open = Middles(self.system, self.nodes), True
+        self._monitor = Monitor(self.system, self._books.E, self.weights, self.start.x)
         self._keep(
             np.array([self.t]),
             self.start.x[None].copy(),
@@ -280,8 +289,8 @@ class Recorder:
 
     @property
     def worst(self) -> dict[str, Floats]:
-        """The largest residuals so far, of blocks and of connections."""
-        return {"block_error": self._worst[0], "connection_error": self._worst[1]}
+        """The largest residuals so far, of blocks and of connections, and the sums."""
+        return dict(zip(RESIDUALS, self._worst, strict=True)) | self._monitor.sums.arrays()
 
     def memory(self) -> dict[str, Floats]:
         """Return what it needs to go on, after :meth:`drain`.
@@ -301,7 +310,8 @@ class Recorder:
         }
         parts = {
             "totals": self._totals,
-            "worst": self.worst,
+            "worst": dict(zip(RESIDUALS, self._worst, strict=True)),
+            "monitor": self._monitor.memory(),
             "middles": self._middles.memory(),
             "held": {key: parts[0] for key, parts in self._saved.items()},
         }
@@ -323,7 +333,8 @@ class Recorder:
         self._error_since = float(memory["error_since"])
         self._open, self._handed_over = bool(memory["open"]), bool(memory["handed_over"])
         self._totals, worst, self._saved = part("totals"), part("worst"), {k: [a] for k, a in part("held").items()}
-        self._worst = [worst["block_error"], worst["connection_error"]]
+        self._worst = [worst[key] for key in RESIDUALS]
+        self._monitor.remember(part("monitor"))
         self._middles.remember(part("middles"))
 
     def _flush(self) -> None:
@@ -370,11 +381,13 @@ class Recorder:
         missing = change - gain
         block_error = np.abs(self._books.of_groups(missing))
         flows["shared"] = missing * self._books.sharing
-        error = np.abs(change.sum(axis=1) - flows["supplied"].sum(axis=1) + lost.sum(axis=1))
+        residual = change.sum(axis=1) - flows["supplied"].sum(axis=1) + lost.sum(axis=1)
+        error = np.abs(residual)
         self._worst[0] = np.maximum(self._worst[0], block_error.max(axis=0, initial=0.0))
         connection_error = np.abs(flows["transferred"] - between_ports)
         self._worst[1] = np.maximum(self._worst[1], connection_error.max(axis=0, initial=0.0))
         totals = {key: self._totals[key] + np.cumsum(flow, axis=0) for key, flow in flows.items()}
+        self._monitor.add(dt, residual, stored, totals, x, z)
 
         saved = np.array([i for i, (_, at) in enumerate(self._steps) if at is not None], dtype=np.int64)
         errors = []
@@ -458,7 +471,7 @@ class _Books:
         self._block = block
         kind = self.system.energy_kind_of_coordinate
         self._energy_sum = _summing(block * self.n_kinds + kind, self.n_blocks * self.n_kinds)
-        self._E, R = (system.E, system.R0) if system.sharing.trivial else _of_blocks(system)
+        self.E, R = (system.E, system.R0) if system.sharing.trivial else _of_blocks(system)
         connections = system.connections
         self._flow = connections.entries
         self._flow_sum = _summing(connections.number, len(connections.names))
@@ -500,7 +513,7 @@ class _Books:
 
     def stored(self, x: Floats) -> Floats:
         """Stored energy from the coordinates of blocks, shape (times, blocks, kinds)."""
-        density = 0.5 * x * (self._E @ x.T).T
+        density = 0.5 * x * (self.E @ x.T).T
         stored = np.asarray((self._energy_sum @ density.T).T).reshape(-1, self.n_blocks, self.n_kinds)
         for storage in self.system.storages:
             at = self.system.sharing.kept[storage.energy]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -19,7 +19,9 @@ from phblocks.frames import Attitude, rotate
 from phblocks.ports import Anchor, Place
 from phblocks.results.attitudes import in_frame, require_frames
 from phblocks.results.ends import Ends
-from phblocks.results.kinematics import Base, bases, history_of
+from phblocks.results.gaps import held_at, joint_gaps
+from phblocks.results.health import Limits
+from phblocks.results.kinematics import Base, Chords, bases, history_of
 from phblocks.results.labels import Labels
 from phblocks.results.readings import Readings
 from phblocks.results.recording import Recording
@@ -46,12 +48,15 @@ class Solution(Readings):
         How the run ended.
     statistics : Statistics
         What it took.
+    limits : Limits, optional
+        What its health is judged by.
     """
 
     system: System
     recording: Recording
     status: Status
     statistics: Statistics
+    limits: Limits = field(default_factory=Limits)
 
     def at(self, time: float) -> State:
         """Return everything that evolves at a saved time, to start again from or to linearise about.
@@ -333,19 +338,7 @@ class Solution(Readings):
             If a block turns in space.
         """
         require_frames(self.system.parts, "closure")
-        gaps = {}
-        for site in self.system.sites:
-            spots = self._spots(site, source)
-            pairs = [np.linalg.norm(a - b, axis=1) for i, a in enumerate(spots) for b in spots[:i]]
-            gaps[site.name] = np.max(pairs, axis=0)
-        for guide in self.system.guides:
-            span = self._spots(guide.second, source)[0] - self._spots(guide.first, source)[0]
-            if guide.anchor is not None:
-                places, weights, reference = self.system.anchor_angles[guide.anchor]
-                span = rotate(-(reference + self.recording.theta[:, places] @ weights), span)
-            across = span @ guide.across.T
-            gaps[guide.name] = np.linalg.norm(across - across[0], axis=1)
-        return gaps
+        return joint_gaps(self.system, self.recording, lambda site: self._spots(site, source))
 
     def animate(
         self,
@@ -420,10 +413,7 @@ class Solution(Readings):
     def _spots(self, site: Site, source: Source) -> list[Floats]:
         """Where all that is joined at a site has gone."""
         spots = [self.position(name, place, source=source) for name, place in site.places]
-        if site.known:
-            moved = self.recording.input_integral[:, list(site.inputs)] if site.inputs else np.zeros(site.start.size)
-            spots.append(np.broadcast_to(site.start + moved, (self.t.size, site.start.size)))
-        return spots
+        return spots + held_at(site, self.recording)
 
     def _components(self, part: Part, place: Place, field: str) -> Floats:
         """A field in the material frame, shape (times, components)."""
@@ -472,7 +462,7 @@ class Solution(Readings):
 
     @cached_property
     def _bases(self) -> Mapping[str, Base]:
-        return bases(self.system, self.recording)
+        return bases(Chords(self.system, self.recording))
 
     def _history(self, part: Part) -> History:
         return history_of(self.system, self.recording, part)

@@ -19,7 +19,7 @@ from phblocks.errors import ArgumentTypeError, DataError, PhblocksError, StudyEr
 from phblocks.simulation import simulate
 from phblocks.studies.execution import carry_out
 from phblocks.studies.machine import Machine
-from phblocks.studies.measurement import Measurement
+from phblocks.studies.measurement import QUIETLY, Measurement
 from phblocks.studies.quantity import Observed, Quantity, distance, observe
 from phblocks.studies.run import Job, MakeSystem, Setting
 from phblocks.studies.settings import name_of, named_methods, positive_values, require_function
@@ -408,7 +408,7 @@ class _Audit:
 
     def estimate(self) -> EffectShares:
         """Run the full system once with the largest step."""
-        solution = simulate(self._make(approximation={}), self._t_end, self._steps[0], progress=False, **self._options)
+        solution = simulate(self._make(approximation={}), self._t_end, self._steps[0], **{**QUIETLY, **self._options})
         return effect_shares(solution)
 
     def require_listening(self, choices: Mapping[str, Choice]) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from phblocks.errors import PhblocksError
+from phblocks.results.health import Limits
 from phblocks.results.solution import Solution
 from phblocks.simulation import simulate
 from phblocks.studies.machine import Machine, one_thread, this_machine
@@ -19,6 +20,9 @@ from phblocks.studies.reference import Reference
 from phblocks.studies.run import Job
 from phblocks.system import System
 from phblocks.triplets import Floats
+
+#: Runs of studies are too coarse on purpose, and have columns for what health would warn of.
+QUIETLY: dict[str, Any] = {"progress": False, "limits": Limits.none()}
 
 #: Columns that are copied from the measurement.
 MEASURED = (
@@ -111,9 +115,9 @@ class Runner:
         arguments = job.arguments
         if first and job.timed:  # what is loaded and computed once a process should not be in the first time
             with suppress(Exception):  # if there is something wrong, the run itself says so
-                simulate(system, min(setting.dt, job.t_end), setting.dt, progress=False, **setting.arguments)
+                simulate(system, min(setting.dt, job.t_end), setting.dt, **{**QUIETLY, **setting.arguments})
         clock = perf_counter()
-        solution = simulate(system, job.t_end, setting.dt, progress=False, **arguments)
+        solution = simulate(system, job.t_end, setting.dt, **{**QUIETLY, **arguments})
         measured.seconds.append(perf_counter() - clock)
         if not first:
             return

@@ -48,6 +48,7 @@ from phblocks.system.nonlinear import nonlinear_model, to_control
 from phblocks.system.parts import Connections, Guide, Input, Part, Site, State
 from phblocks.system.pruning import Pruning, coordinate_names
 from phblocks.system.sharing import Sharing
+from phblocks.system.stability import StabilityCard, stability_card
 from phblocks.system.states import require_input, require_state, rigid_motion
 from phblocks.system.symbolic import SymbolicSystem, symbolic
 from phblocks.triplets import Floats, Ints, Triplets
@@ -648,6 +649,28 @@ class System:
         left, right = energy_variables(self, self.start if state is None else state, linear.A.shape[0])
         found = find_modes(sp.csr_array(left @ linear.E @ right), sp.csr_array(left @ linear.A @ right), n)
         return Modes(found.frequencies, found.growth, right @ found.shapes, found.diverging)
+
+    def stability_card(self, dt: float, state: State | None = None) -> StabilityCard:
+        """Tell before a run what a step will meet: frequencies, condition, index, expected gap; prints as a table.
+
+        Parameters
+        ----------
+        dt : float
+            The step, s.
+        state : State, optional
+            About which it is linear; the initial configuration at rest by default.
+
+        Returns
+        -------
+        StabilityCard
+            Of the midpoint rule: see :mod:`phblocks.system.stability`.
+
+        Raises
+        ------
+        DataError
+            If the step is not positive, or the state does not fit.
+        """
+        return stability_card(self, dt, state)
 
     def rigid_motion(
         self,

@@ -141,7 +141,8 @@ def test_the_balance_of_those_that_share_can_fail(section, monkeypatch):
         return values
 
     monkeypatch.setattr(recording._Books, "potential", wrong)
-    power = ph.simulate(system, 0.1, 0.01).power
+    with pytest.warns(ph.errors.HealthWarning, match=r"energy balance, worst step: .* \(a \+ b \+ c, t = "):
+        power = ph.simulate(system, 0.1, 0.01).power
     assert power.block_errors["a + b + c"] > 1e-5 and power.worst[0] == "a + b + c"
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from tests.benchmarks import compilation, effects, import_time, newton_iteration, tables
+from tests.benchmarks import compilation, effects, health, import_time, newton_iteration, tables
 
 
 def test_an_iteration_is_measured():
@@ -107,3 +107,9 @@ def test_imports_are_measured():
 
 def test_tables_are_markdown():
     assert tables.markdown(["a", "b"], [["1", "2"]]).splitlines() == ["| a | b |", "| --- | --- |", "| 1 | 2 |"]
+
+
+def test_watching_is_measured():
+    system = compilation.chain(2).compile()
+    step, sums, first, end = health.measure(system, 30, 0.002, rounds=2)
+    assert step > 0.0 and sums > 0.0 and first > 0.0 and end > 0.0

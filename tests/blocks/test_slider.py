@@ -210,7 +210,9 @@ def test_quick_return_of_beams():
     begin = system.rigid_motion(spin=SPIN, about=(0.0, BETWEEN), blocks=["crank"])
     gaps = []
     for dt in (0.02, 0.01):
-        solution = ph.simulate(system, t_end=2.0, dt=dt, start=begin)
+        # motion and energy are right; the moment of the guide changes sign from step to step
+        with pytest.warns(ph.errors.HealthWarning, match=r"alternation: 0\.9.*guide\.moment of guide\[0\]"):
+            solution = ph.simulate(system, t_end=2.0, dt=dt, start=begin)
         assert solution.max_power_balance_error < 1e-12
         assert set(solution.closure()) == {"arm.start = ground.anchor", "crank.start = ground.anchor", "guide"}
         gaps.append(solution.closure("velocity")["guide"].max())

@@ -144,15 +144,9 @@ def test_progress_is_on_stderr(phblocks):
     assert phblocks("run rod.py --t-end 0.05 --dt 0.01 --no-progress").err == ""
 
 
-def test_the_health_of_a_run_is_in_the_answer(phblocks, monkeypatch):
-    class Health:
-        def __str__(self):
-            return "balance 1e-15 J: fine"
-
-        def to_json(self):
-            return {"status": "success", "findings": []}
-
-    monkeypatch.setattr(ph.Solution, "health", Health(), raising=False)
+def test_the_health_of_a_run_is_in_the_answer(phblocks):
     line = "run stone.py --t-end 1 --dt 0.1"
-    assert phblocks(line).out.rstrip().endswith("balance 1e-15 J: fine")
-    assert phblocks(f"{line} --json").data["health"] == {"status": "success", "findings": []}
+    assert "energy balance, worst step" in phblocks(line).out
+    health = phblocks(f"{line} --json").data["health"]
+    assert health["status"] == "success"
+    assert {f["name"]: f["verdict"] for f in health["findings"]}["energy balance, whole run"] == "ok"

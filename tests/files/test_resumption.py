@@ -91,11 +91,13 @@ class Refusing:
 
 def test_halved_steps(systems, tmp_path, same, cut):
     """No checkpoint within a step that was halved: chunks of 10 steps, intervals of 16."""
-    options = RUN | {"t_end": 0.03, "method": Refusing()}
+    limits = ph.Limits(halvings=1.0)
+    options = RUN | {"t_end": 0.03, "method": Refusing(), "limits": limits}
     whole = ph.simulate(systems["arm"], save=ph.Stream(tmp_path / "whole.h5", chunk=10), **options)
     assert whole.statistics.steps == 15 * 16
     cut(systems["arm"], ph.Stream(tmp_path / "cut.h5", chunk=10), 0.0157, **options)
-    same(whole, ph.resume(tmp_path / "cut.h5", systems["arm"], inputs=RUN["inputs"], method=Refusing()))
+    resumed = ph.resume(tmp_path / "cut.h5", systems["arm"], inputs=RUN["inputs"], method=Refusing(), limits=limits)
+    same(whole, resumed)
 
 
 def test_checkpoints_change_round_off_only(systems, tmp_path):

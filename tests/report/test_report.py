@@ -1,6 +1,8 @@
 """The report is one valid page, and its numbers are those of the solution."""
 
 import json
+from dataclasses import replace
+from html import escape
 from html.parser import HTMLParser
 
 import numpy as np
@@ -122,7 +124,10 @@ def test_tables(page, solution):
     expected = {a.port.path: a.given for a in solution.system.report.assignments if not a.port.block.shared}
     assert given == expected
     _, *rows = page.tables["health-table"]
-    assert rows[0][1] == solution.max_power_balance_error
+    assert [row[:2] for row in rows] == [[f.name, f.value] for f in solution.health.findings]
+    assert rows[0][1] == pytest.approx(solution.max_power_balance_error / solution.recording.sums.energy[0], rel=1e-9)
+    assert {row[3] for row in rows} == {"ok", "noted"}
+    assert all(attributes.get("class") != "bad" for _, attributes in page.elements)
     _, *rows = page.tables["iterations"]
     assert sum(row[1] for row in rows) == solution.statistics.steps
     assert sum(row[0] * row[1] for row in rows) == solution.statistics.newton_iterations.sum()
@@ -172,10 +177,11 @@ def test_effects_left_out_are_told(four_bar, tmp_path):
     assert {e.name for e in system.effects.select(status="approximated")} == {"shear"}
 
 
-def test_what_others_say_of_health_is_shown(solution, tmp_path, monkeypatch):
-    monkeypatch.setattr(type(solution), "health", "a warning", raising=False)
-    page = Page(solution.report(tmp_path / "x.html").read_text(encoding="utf-8"))
-    assert page.texts["pre"] == "a warning"
+def test_what_is_over_its_limit_is_said_in_a_sentence(solution, tmp_path):
+    strict = replace(solution, limits=ph.Limits(closure=1e-9))
+    text = strict.report(tmp_path / "x.html").read_text(encoding="utf-8")
+    (over,) = strict.health.findings.over
+    assert f'<li class="bad">{escape(str(over))}</li>' in text and "closure of joints" in str(over)
 
 
 def test_wrong_arguments(solution, tmp_path):

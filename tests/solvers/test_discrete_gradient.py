@@ -192,6 +192,6 @@ def test_an_energy_that_overflows_where_newton_goes_is_no_warning():
     )
     d = ph.Diagram()
     d.add(block)
-    solution = ph.simulate(d.compile(), 2.0, 1.0, max_halvings=14)
+    solution = ph.simulate(d.compile(), 2.0, 1.0, max_halvings=14, limits=ph.Limits(halvings=1.0))
     assert solution.status.ok and solution.statistics.halvings > 0
     assert np.ptp(solution.energy.total) < 1e-10 * solution.energy.total[0]

@@ -100,7 +100,7 @@ def test_a_step_without_convergence_is_none_and_halved(scenes, stages):
     stepper = method.prepare(system)
     x = stepper.stage.pack(system.rigid_motion(spin=5.0).x)
     assert stepper.step(x, system.start.theta, 0.1, np.zeros((stages, 0))) is None
-    solution = ph.simulate(system, 0.2, 0.02, method=method, max_halvings=20)
+    solution = ph.simulate(system, 0.2, 0.02, method=method, max_halvings=20, limits=ph.Limits(halvings=1.0))
     assert solution.status.ok and solution.statistics.halvings > 0
     assert np.abs(solution.energy.total - solution.energy.total[0]).max() < 1e-10
 

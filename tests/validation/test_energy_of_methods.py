@@ -25,7 +25,8 @@ import phblocks as ph
 )
 def test_energy_is_constant(four_bar, method, adaptive):
     """Measured: 1e-14 to 1e-13 of the potential energy at the start; single steps balance as well."""
-    solution = ph.simulate(four_bar(), 10.0, 0.02, method=method, adaptive=adaptive)
+    # energy alone: for some of these methods the step is too long, as health says
+    solution = ph.simulate(four_bar(), 10.0, 0.02, method=method, adaptive=adaptive, limits=ph.Limits.none())
     assert solution.status.ok and solution.t[-1] == 10.0
     scale = 392.0  # J above the supports at the start
     total = solution.energy.total

@@ -12,13 +12,14 @@ from phblocks.approximation import EXACT, Approximation
 from phblocks.blocks.beam.damping import Damping
 from phblocks.blocks.beam.ends import End
 from phblocks.blocks.beam.fields import FieldForm
-from phblocks.blocks.beam.interpolation import field_triplets, fraction, quadrature
+from phblocks.blocks.beam.interpolation import angle_rows, field_triplets, fraction, quadrature
 from phblocks.blocks.beam.load import LineLoad, load_pieces
 from phblocks.blocks.beam.matrices import strain_offsets, trace
 from phblocks.blocks.beam.mesh import Mesh
 from phblocks.blocks.beam.placement import arc
 from phblocks.blocks.beam.stacked import stack
 from phblocks.blocks.beam.tensors import component_index
+from phblocks.blocks.centreline import Centreline
 from phblocks.blocks.form import AngleRows, History, MaterialPoints
 from phblocks.frames import QUARTER, rotate
 from phblocks.ports import Place
@@ -39,6 +40,40 @@ class BeamForm(FieldForm):
 
     start_angle: float = field(kw_only=True)
     origin: Floats = field(kw_only=True)
+
+    def centreline(self) -> Centreline:
+        """Describe the reference line at the points of quadrature; see :meth:`Form.centreline`.
+
+        Returns
+        -------
+        Centreline
+            Of constant matrices.
+        """
+        mesh, (elements, xi, weight) = self.mesh, quadrature(self.mesh)
+        strain = tuple(
+            field_triplets(mesh, "N", d, elements, xi).scaled(self.compliance[component_index("N", d)])
+            for d in mesh.space.translation
+        )
+        h, length = mesh.lengths[elements], float(mesh.boundaries[-1])
+        place = mesh.boundaries[elements] + xi * h
+        known = np.array([mesh.segments[mesh.segment_of(int(e))].variant.velocity for e in range(mesh.lengths.size)])
+        broken = np.where(known[elements], 0.0, 1.0)  # position is known by its mean only
+        first = self.rotation_states[0] if self.rotation_states.size else 0
+        if all(segment.variant.spin for segment in mesh.segments):
+            spin, lean = field_triplets(mesh, "W", 2, elements, xi), Triplets.empty()
+        else:
+            spin, lean = (Triplets.from_coo(rows.tocoo()) for rows in angle_rows(mesh, elements, xi))
+        return Centreline(
+            strain=strain,
+            spin=spin.shifted(0, -first),
+            lean=lean.scaled(self.compliance[component_index("M", 2)]),
+            reference=self.start_angle + self.curvature * place,
+            place=place,
+            weight=weight,
+            arm=place + broken * h * (0.5 - xi),
+            kernel=0.5 * (place * (length - place) - broken * h**2 * xi * (1.0 - xi)),
+            length=length,
+        )
 
     def angle(self, history: History, place: Place) -> Floats:
         """Read the orientation; see :meth:`Form.angle`.
