@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from phblocks.files.stream import Stream
     from phblocks.nesting import Nested
     from phblocks.ports import ELECTRICAL, HYDRAULIC, ROTATION, TRANSLATION, Anchor, Domain, Port, Quantity
-    from phblocks.results.health import Health, Limits
+    from phblocks.results.health import Health
+    from phblocks.results.limits import Limits
     from phblocks.results.solution import Solution
     from phblocks.resumption import resume
     from phblocks.simulation import simulate
@@ -81,7 +82,8 @@ else:
         "files.stream": "Stream",
         "nesting": "Nested",
         "ports": "ELECTRICAL HYDRAULIC ROTATION TRANSLATION Anchor Domain Port Quantity",
-        "results.health": "Health Limits",
+        "results.health": "Health",
+        "results.limits": "Limits",
         "results.solution": "Solution",
         "resumption": "resume",
         "simulation": "simulate",

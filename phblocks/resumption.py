@@ -17,7 +17,8 @@ from phblocks.files.stored import Checkpoint, Stored
 from phblocks.files.stream import require_path
 from phblocks.inputs import Drive, InputFailed, NotFinite, Signal
 from phblocks.loop import Run, Seconds, require_resumable, walk_of
-from phblocks.results.health import Limits, judged, require_limits
+from phblocks.results.health import judged
+from phblocks.results.limits import Limits, require_limits
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
 from phblocks.solvers.method import Integrator, Method

@@ -19,7 +19,8 @@ from phblocks.files.settings import Settings
 from phblocks.files.stream import Stream
 from phblocks.inputs import Drive, InputFailed, NotFinite, Signal
 from phblocks.loop import Run, Seconds, require_resumable, walk_of
-from phblocks.results.health import Limits, judged, require_limits
+from phblocks.results.health import judged
+from phblocks.results.limits import Limits, require_limits
 from phblocks.results.recording import Recorder
 from phblocks.results.solution import Solution
 from phblocks.solvers.adaptive import Adaptive

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from phblocks.files.stored import Stored
-from phblocks.results.health import Limits
 from phblocks.results.labels import Labels
+from phblocks.results.limits import Limits
 from phblocks.results.monitor import Sums
 from phblocks.results.readings import Readings
 from phblocks.results.recording import ROWS, SERIES, STEPS, Ledger, Recording

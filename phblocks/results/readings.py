@@ -9,8 +9,9 @@ import numpy as np
 
 from phblocks.blocks.form import CONFIGURATION, NO_ENERGY
 from phblocks.errors import UnknownNameError
-from phblocks.results.health import Health, Limits
+from phblocks.results.health import Health
 from phblocks.results.labels import Labels
+from phblocks.results.limits import Limits
 from phblocks.results.power import PowerLedger
 from phblocks.results.recording import Recording
 from phblocks.results.status import EnergySeries, Statistics, Status

@@ -20,9 +20,9 @@ from phblocks.ports import Anchor, Place
 from phblocks.results.attitudes import in_frame, require_frames
 from phblocks.results.ends import Ends
 from phblocks.results.gaps import held_at, joint_gaps
-from phblocks.results.health import Limits
 from phblocks.results.kinematics import Base, Chords, bases, history_of
 from phblocks.results.labels import Labels
+from phblocks.results.limits import Limits
 from phblocks.results.readings import Readings
 from phblocks.results.recording import Recording
 from phblocks.results.status import Statistics, Status

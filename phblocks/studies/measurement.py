@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from phblocks.errors import PhblocksError
-from phblocks.results.health import Limits
+from phblocks.results.limits import Limits
 from phblocks.results.solution import Solution
 from phblocks.simulation import simulate
 from phblocks.studies.machine import Machine, one_thread, this_machine
