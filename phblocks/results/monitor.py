@@ -21,7 +21,7 @@ class Sums:
     Parameters
     ----------
     energy : numpy.ndarray
-        Shape (4,), J: the largest energy that was stored, supplied, dissipated or moved by gravity; the largest
+        Shape (4,), J: the largest energy that was stored, or moved by anything; the largest
         residual of the balance of any step; the largest residual since the start; weight times place at the start,
         whose round-off is in the residuals.
     when : numpy.ndarray
@@ -98,6 +98,9 @@ class Sums:
 #: What is summed.
 SUMS = tuple(field.name for field in fields(Sums))
 
+#: What of the ledger beside the stored energy tells how large the energies of a run are.
+MOVED = ("potential", "supplied", "dissipated", "numerical", "projected")
+
 
 class Monitor:
     """Takes in steps, chunk by chunk.
@@ -127,6 +130,7 @@ class Monitor:
         self._unit = state_scale(system)[self.sums.multipliers] if self.sums.multipliers.size else np.zeros(0)
         self._last = np.zeros((0, self.sums.multipliers.size))
         self._before, self._t, self._residual = self._stored(start[None])[0], 0.0, 0.0
+        self.sums.energy[0] = abs(float(self._before.sum()))
 
     @np.errstate(all="ignore")  # energies may be too large for a number: the run then ends with a status
     def add(
@@ -148,7 +152,7 @@ class Monitor:
             States after each, shape (steps, n), and at all stages, shape (steps * stages, n).
         """
         sums, t, since = self.sums, self._t + np.cumsum(dt), self._residual + np.cumsum(residual)
-        moved = [stored.sum(axis=(1, 2)), *(totals[k].sum(axis=1) for k in ("potential", "supplied", "dissipated"))]
+        moved = [stored.sum(axis=(1, 2)), *(totals[k].sum(axis=1) for k in MOVED)]
         sums.energy[0] = max(sums.energy[0], *(float(np.abs(series).max()) for series in moved))
         for place, values in ((1, np.abs(residual)), (2, np.abs(since))):
             worst = int(values.argmax())
