@@ -134,7 +134,7 @@ def draw_rows(count, **options):
             counter[type(error).__name__] += 1
             return
         # one load that bends what is only pulled, or at rest: what it excites is back, and they agree again
-        straight = {e.block for e in pruned.effects.select(status="pruned", name="M3")}
+        straight = {e.block for e in pruned.effects.select(status="pruned") if e.name == "M3"}
         bent = [b.end for b in diagram.network.blocks.values() if isinstance(b, ph.Beam) and b.name in straight]
         if not bent:
             return
