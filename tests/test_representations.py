@@ -23,7 +23,7 @@ def shown(four_bar) -> dict[str, object]:
         f"<Matrices of 'four-bar': {n} states, 0 inputs>": system.matrices(),
         "<Solution of 'four-bar': 101 times to 0.02 s, success>": solution,
         "<Statistics: 100 steps, ": solution.statistics,
-        "<EnergySeries: kinetic, strain, gravity, supplied, dissipated, numerical_loss, projected, total>": solution.energy,
+        "<EnergySeries: kinetic, strain, gravity, supplied, dissipated, numerical_loss, projected, ": solution.energy,
         "<Reference of shape (500, 2), uncertain by 0.001: by hand>": reference,
     }
 

@@ -30,7 +30,7 @@ from phblocks.solvers.storages import StorageEquations
 from phblocks.system import System
 from phblocks.triplets import Floats, Ints, Triplets
 
-_ONE = np.ones(1)
+_ONE, _NONE = np.ones(1), np.zeros(0)
 
 
 class StageEquation:
@@ -69,6 +69,7 @@ class StageEquation:
         self.system = system
         self.n = system.n
         self.constant = system.linear
+        self._last_load: tuple[Floats | None, Floats] = None, _NONE
         self.left, self.missed = 0.0, np.empty(0)
         self._equations = equations = Equations.of(system)
         tensor, scale, size_of = equations.T, equations.scale, equations.size
@@ -276,7 +277,10 @@ class StageEquation:
         numpy.ndarray
             theta', shape (n_theta,), rad/s.
         """
-        return np.asarray(self._rates @ unknowns + self.system.input_rates @ u)
+        if not self._rates.shape[0]:
+            return _NONE
+        spin = self._rates @ unknowns
+        return np.asarray(spin + self.system.input_rates @ u if self.system.input_rates.nnz else spin)
 
     def settle(self, unknowns: Floats) -> None:
         """Set co-energy variables to the gradients of energies that are not quadratic.
@@ -343,11 +347,17 @@ class StageEquation:
         numpy.ndarray
             ``E x'``, shape (n,) or (n, stages).
         """
-        force = self._rest_matrix @ x + self._weight
-        force = force if u.ndim == 1 else np.repeat(force[:, None], u.shape[1], axis=1)
-        if u.size:
-            force += self._by_inputs @ u
-        return np.asarray(force)
+        force = self._rest_matrix @ x
+        return np.asarray(force + self._load(u) if u.ndim == 1 else force[:, None] + self._load(u))
+
+    def _load(self, u: Floats) -> Floats:
+        """Weight and inputs of a linear system; the last are kept, since most inputs stay as they are."""
+        known, load = self._last_load
+        if known is None or not np.array_equal(known, u):
+            weight = self._weight if u.ndim == 1 else np.repeat(self._weight[:, None], u.shape[1], axis=1)
+            load = np.asarray(weight + self._by_inputs @ u)
+            self._last_load = u.copy(), load
+        return load
 
     def matrix(self, mass_factor: float | complex) -> Floats:
         """Evaluate the Jacobian of a linear system.
