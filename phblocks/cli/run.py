@@ -222,7 +222,7 @@ def _gap(solution: Solution) -> float:
 
 def _described(solution: Solution) -> dict[str, Any]:
     status, statistics = solution.status, solution.statistics
-    data: dict[str, Any] = {
+    return {
         "status": {key: getattr(status, key) for key in ("ok", "name", "text", "time")},
         "t_end": float(solution.t[-1]),
         "states": solution.system.n,
@@ -241,9 +241,8 @@ def _described(solution: Solution) -> dict[str, Any]:
         },
         "max_power_balance_error": solution.max_power_balance_error,
         "gap": _gap(solution),
+        "health": solution.health.to_json(),
     }
-    health = getattr(solution, "health", None)
-    return data if health is None else {**data, "health": health.to_json()}
 
 
 def _told(solution: Solution) -> str:
@@ -259,9 +258,7 @@ def _told(solution: Solution) -> str:
     rows = [["energy, J", "start", "end", "largest"]]
     for kind, series in solution.energy.items():
         rows.append([kind, *(f"{value:.6g}" for value in (series[0], series[-1], series.max()))])
-    lines.append(table(rows))
-    health = getattr(solution, "health", None)
-    return "\n".join(lines if health is None else [*lines, "", str(health)])
+    return "\n".join([*lines, table(rows), "", str(solution.health)])
 
 
 def _sampled(solution: Solution, outputs: Sequence[Output], series: Sequence[Any]) -> str:

@@ -130,7 +130,7 @@ def test_with_a_little_damping_nothing_grows():
 def test_with_radau_nothing_grows_either(stages, share):
     """No damping but that of the method, booked: 8.5 J and 0.18 J of the 612 J that gravity moves.
 
-    N1 goes from 30.0 N to 28.7 N with two stages, from 31.9 N to 32.1 N with three: second differences of smooth forces.
+    N1 goes from 30.0 N to 28.7 N with two stages, from 31.9 N to 32.1 N with three: of smooth forces.
     """
     system = four_bar(INEXTENSIBLE)
     run = ph.simulate(system, STEPS * DT, DT, method=ph.RadauIIA(stages))
