@@ -40,7 +40,7 @@ GAP = 0.01
 
 @dataclass(frozen=True, repr=False)
 class StabilityCard:
-    """What a step of a length will meet; see :meth:`phblocks.system.system.System.stability_card`.
+    """What a step of a length will meet; see ``system.stability_card(dt)``.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class StabilityCard:
 
 
 def stability_card(system: System, dt: float, state: State | None) -> StabilityCard:
-    """Find what a step will meet; see :meth:`phblocks.system.system.System.stability_card`.
+    """Find what a step will meet; see ``system.stability_card(dt)``.
 
     Parameters
     ----------

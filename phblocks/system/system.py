@@ -663,7 +663,7 @@ class System:
         Returns
         -------
         StabilityCard
-            Of the midpoint rule: see :mod:`phblocks.system.stability`.
+            Of the midpoint rule.
 
         Raises
         ------
