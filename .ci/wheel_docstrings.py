@@ -1,72 +1,76 @@
-"""Build hook of wheels: internal modules keep the first paragraph of their docstrings, public ones all of it.
+"""Build hook of wheels: what users call keeps its docstrings, the rest is code only, so that wheels stay small.
 
-Half of the source is docstrings. Lines keep their numbers, so that tracebacks are those of the source.
+Half of the source is docstrings. Those of all names in the reference (docs/api.rst) and of their public methods stay;
+lines keep their numbers, so that tracebacks are those of the source.
 """
 
 import ast
+import re
 import shutil
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-#: What users hold in their hands, or build upon, beside the modules of public names.
-PUBLIC_TOO = (
-    *("blocks/block.py", "blocks/form.py", "solvers/method.py", "results/readings.py", "results/status.py"),
-    *("modes.py", "export/__init__.py", "export/matrices.py", "system/linearization.py", "network.py"),
-)
+SUMMARY = re.compile(r"^\.\. autosummary::\n(?: +:.*\n)*\n((?:   \S.*\n)+)", re.M)
 
 
-class ShorterDocstrings(BuildHookInterface):
-    """Puts shortened copies of internal modules in the place of the modules."""
+class FewerDocstrings(BuildHookInterface):
+    """Puts copies without internal docstrings in the place of modules."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         if version == "editable":
             return
-        self.folder = Path(tempfile.mkdtemp())
-        package = Path(self.root) / "phblocks"
-        public = {*public_files(package), *(package / name for name in PUBLIC_TOO)}
-        for number, file in enumerate(sorted({*package.rglob("*.py")} - public)):
-            copy = self.folder / f"{number}.py"
-            copy.write_text(shortened(file.read_text(encoding="utf-8")), encoding="utf-8")
-            build_data["force_include"][str(copy)] = file.relative_to(self.root).as_posix()
+        self.folder, root = Path(tempfile.mkdtemp()), Path(self.root)
+        names = reference((root / "docs" / "api.rst").read_text(encoding="utf-8"))
+        for number, file in enumerate(sorted((root / "phblocks").rglob("*.py"))):
+            copy, text = self.folder / f"{number}.py", file.read_text(encoding="utf-8")
+            shorter = without_internal_docstrings(text, names)
+            if code(shorter) != code(text):
+                raise ValueError(f"{file}: without internal docstrings it would be another program")
+            copy.write_text(shorter, encoding="utf-8")
+            build_data["force_include"][str(copy)] = file.relative_to(root).as_posix()
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
         if version != "editable":
             shutil.rmtree(self.folder)
 
 
-def public_files(package: Path) -> set[Path]:
-    """Find the modules that public names come from: what the package imports, and what such packages in it import."""
-    found, waiting = set(), [package / "__init__.py"]
-    while waiting:
-        file = waiting.pop()
-        found.add(file)
-        if file.name == "__init__.py":
-            waiting += [path for path in imported(file, package) if path not in found]
-    return found
+def reference(text: str) -> set[str]:
+    """The names in the reference, without their modules."""
+    return {name.rpartition(".")[2] for names in SUMMARY.findall(text) for name in names.split()}
 
 
-def imported(file: Path, package: Path) -> Iterator[Path]:
-    """The files of this package that a file imports from."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == package.name:
-            for module in (node.module, *(f"{node.module}.{alias.name}" for alias in node.names)):
-                path = package.parent.joinpath(*module.split("."))
-                yield from (p for p in (path.with_suffix(".py"), path / "__init__.py") if p.is_file() and p != file)
-
-
-def shortened(text: str) -> str:
-    """Keep the first paragraph of each docstring; blank lines stand for the others."""
+def without_internal_docstrings(text: str, names: set[str]) -> str:
+    """Leave empty lines where docstrings are that no user reads; one that is all of a body keeps its first line."""
     lines = text.split("\n")
-    for node in ast.walk(ast.parse(text)):
-        if not isinstance(node, (ast.FunctionDef, ast.ClassDef)) or ast.get_docstring(node) is None:
-            continue
-        first, last = node.body[0].lineno - 1, node.body[0].end_lineno - 1
-        end = next((i for i in range(first, last) if not lines[i].strip()), None)
-        if end is not None and lines[last].strip() == '"""':
-            lines[end - 1] += '"""'
-            lines[end : last + 1] = [""] * (last + 1 - end)
+
+    def visit(node: ast.AST, public: bool) -> None:
+        for child in ast.iter_child_nodes(node):
+            if not isinstance(child, (ast.FunctionDef, ast.ClassDef)):
+                visit(child, public)
+                continue
+            shown = child.name in names
+            if isinstance(node, ast.ClassDef):
+                shown = public and (child.name == "__init__" or not child.name.startswith("_"))
+            if ast.get_docstring(child) is not None and not shown:
+                first, last = child.body[0].lineno - 1, (child.body[0].end_lineno or 0) - 1
+                if len(child.body) > 1:
+                    lines[first : last + 1] = [""] * (last + 1 - first)
+                elif last > first and not lines[first].rstrip().endswith('"'):
+                    lines[first] += '"""'
+                    lines[first + 1 : last + 1] = [""] * (last - first)
+            visit(child, shown)
+
+    visit(ast.parse(text), False)
     return "\n".join(lines)
+
+
+def code(text: str) -> tuple[str, list[int]]:
+    """What a module does, and in which lines: its tree without the docstrings of classes and functions."""
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and ast.get_docstring(node) is not None:
+            del node.body[0]
+    return ast.dump(tree), [node.lineno for node in ast.walk(tree) if hasattr(node, "lineno")]
