@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from phblocks import errors, fmu, plots, studies
+    from phblocks import errors, export, fmu, plots, studies
     from phblocks.approximation import Approximation
     from phblocks.blocks.beam.beam import Beam
     from phblocks.blocks.beam.damping import Damping
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from phblocks.system.stability import StabilityCard
 else:
     #: Modules that are public themselves.
-    _MODULES = ("errors", "fmu", "plots", "studies")
+    _MODULES = ("errors", "export", "fmu", "plots", "studies")
     #: Where the other names are, by module.
     _NAMES = {
         "errors": "PhblocksError",
@@ -180,6 +180,7 @@ __all__ = [
     "Velocity",
     "Voltage",
     "errors",
+    "export",
     "fmu",
     "load",
     "plots",

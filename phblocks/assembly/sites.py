@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -52,7 +52,8 @@ def find_sites(layout: Layout) -> tuple[tuple[Site, ...], tuple[Guide, ...]]:
     for number, junction in zip(label.tolist(), junctions, strict=True):
         members.setdefault(number, []).append(junction)
     places = {number: _Place.of(layout, joined) for number, joined in members.items()}
-    sites = (p.site(p.anchors[0][1]) for p in places.values() if p.anchors and len(p.anchors) + p.known > 1)
+    alike = (together for place in places.values() for together in place.split())
+    sites = (p.site(p.anchors[0][1]) for p in alike if len(p.anchors) + p.known > 1)
     guides = (_guide(a, hold, places[label[at[a]]], places[label[at[b]]]) for a, b, hold in holds if not hold.complete)
     return tuple(sites), tuple(guide for guide in guides if guide is not None)
 
@@ -96,6 +97,20 @@ class _Place:
     def known(self) -> int:
         """How many positions do not depend on any block."""
         return self.ground + self.imposed
+
+    def split(self) -> list[_Place]:
+        """Tell anchors that are joined but apart from each other: they have one velocity, and places of their own."""
+        groups: list[list[tuple[Anchor, Floats]]] = []
+        for anchor, position in self.anchors:
+            near = GAP_TOLERANCE * (1.0 + float(np.abs(position).max()))
+            home = next((g for g in groups if float(np.linalg.norm(g[0][1] - position)) <= near), None)
+            if home is None:
+                groups.append([(anchor, position)])
+            else:
+                home.append((anchor, position))
+        if len(groups) < 2:
+            return [self] if groups else []
+        return [replace(self, anchors=group, paths=[a.path for a, _ in group]) for group in groups]
 
     def site(self, start: Floats) -> Site:
         return Site(

@@ -22,7 +22,7 @@ from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.triplets import Floats
 
 #: Fields that are matrices with the shape of each; n states, m inputs, t rotation states, f features, d directions, p
-#: twice the points, q points.
+#: coordinates of the points (2 or 3 each), q points.
 SHAPES = {
     **{"E": "nn", "J0": "nn", "R": "nn", "T": "(nn)n", "K": "(nn)f", "V": "(nn)f", "Kg": "nf"},
     **{"G": "nm", "Ku": "(nm)f", "Vu": "nm", "W": "tn", "Wu": "tm"},
@@ -61,7 +61,7 @@ class NonlinearModel:
     r1, r2, stretch : scipy.sparse.coo_array
         Shape (d, n): the components of the span of each direction, and what adds to its length.
     points : scipy.sparse.coo_array
-        Shape (2 q, n): velocities of the points in their own frames, one point after the other.
+        Shape (2 q, n), in space (3 q, n): velocities of the points in their own frames, one point after the other.
     theta0 : numpy.ndarray
         Shape (t,): rotation states at the state that was exported, rad.
     alpha0, beta0, gamma0 : numpy.ndarray
@@ -69,7 +69,7 @@ class NonlinearModel:
     free, taut : numpy.ndarray
         Shape (d,): length at zero force, m; 1 where the length comes from it, 0 where from the span.
     points0 : numpy.ndarray
-        Shape (2 q,): positions of the points at the state that was exported, m.
+        Shape (2 q,), in space (3 q,): positions of the points at the state that was exported, m.
     theta_names : tuple of str
         Of the rotation states.
     point_names : tuple of str
@@ -126,7 +126,7 @@ class NonlinearModel:
             "a": self.alpha0.size,
             "d": self.beta0.size,
             "q": len(self.point_names),
-            "p": 2 * len(self.point_names),
+            "p": (3 if self.points.shape[0] == 3 * len(self.point_names) else 2) * len(self.point_names),
         }
         wanted = {key: _shape(code, sizes) for key, code in (SHAPES | LENGTHS).items()}
         features = 1 + 2 * sizes["a"] + 2 * sizes["d"]

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from phblocks.frames import rotate
+from phblocks.space import LEVI_CIVITA
 from phblocks.triplets import Floats, Ints, Triplets
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ class FreeBody:
         Numbers of their material points.
     spin : numpy.ndarray or None
         What makes the moment of momentum of cross sections and bodies about their own centres of their coordinates,
-        shape (n_coordinates,), kg m^2; ``None`` if only linear momentum is kept (a part drives against the frame).
+        shape (rotations, n_coordinates), kg m^2; ``None`` if only linear momentum is kept (a part drives against the
+        frame).
     """
 
     blocks: tuple[str, ...]
@@ -87,7 +89,8 @@ def momentum_drift(solution: Solution, body: FreeBody) -> tuple[Floats, Floats |
     mass, d = system.point_mass[body.points], system.dimension
     rows = (body.points[:, None] * d + np.arange(d)).ravel()
     v = np.asarray((system.point_velocity[rows] @ recording.x.T).T).reshape(recording.t.size, -1, d)
-    v = rotate(system.point_angles.at(recording.theta.T).T[:, body.points], v)
+    angle = system.point_angles.at(recording.theta.T).T[:, body.points]
+    v = rotate(angle, v) if angle.any() else v  # frames of space stay, where there are points
     linear = np.einsum("m,tmd->td", mass, v)
     size = np.einsum("m,tm->t", mass, np.linalg.norm(v, axis=2))
     drift = _relative(np.linalg.norm(linear - linear[0], axis=1), size)
@@ -95,10 +98,12 @@ def momentum_drift(solution: Solution, body: FreeBody) -> tuple[Floats, Floats |
         return drift, None
     places = recording.points[:, body.points]
     arm = places - mass @ places[0] / mass.sum()
-    own = system.sharing.expand(recording.x) @ body.spin
-    angular = np.einsum("m,tm->t", mass, arm[..., 0] * v[..., 1] - arm[..., 1] * v[..., 0]) + own
+    own = system.sharing.expand(recording.x) @ body.spin.T
+    axes = LEVI_CIVITA[np.ix_(system.space.rotation, range(d), range(d))]
+    angular = np.einsum("m,kij,tmi,tmj->tk", mass, axes, arm, v) + own
     reach = np.einsum("m,tm->t", mass, np.linalg.norm(arm, axis=2) * np.linalg.norm(v, axis=2))
-    return drift, _relative(np.abs(angular - angular[0]), reach + np.abs(own))
+    apart = np.linalg.norm(angular - angular[0], axis=1)
+    return drift, _relative(apart, reach + np.linalg.norm(own, axis=1))
 
 
 def _relative(apart: Floats, size: Floats) -> Floats:
@@ -140,16 +145,22 @@ def _body(system: System, members: Ints) -> FreeBody | None:
     points = np.concatenate([np.arange(part.points.start, part.points.stop) for part in moving])
     if not system.point_mass[points].any():
         return None
-    motions = [(np.eye(system.dimension)[d], 0.0) for d in range(system.dimension)]
-    if not all(_moves_freely(system, members, velocity, spin) for velocity, spin in motions):
+    still, spins = np.zeros(system.dimension), _unit_spins(system)
+    if not all(_moves_freely(system, members, velocity, 0.0 * spins[0]) for velocity in np.eye(system.dimension)):
         return None
     names = tuple(part.name for part in parts)
-    if not _moves_freely(system, members, np.zeros(system.dimension), 1.0):
+    if not all(_moves_freely(system, members, still, spin) for spin in spins):
         return FreeBody(names, points, None)
-    return FreeBody(names, points, _own_inertia(system, members))
+    return FreeBody(names, points, np.stack([_own_inertia(system, members, spin) for spin in spins]))
 
 
-def _rigid(system: System, members: Ints, velocity: Floats, spin: float) -> Floats:
+def _unit_spins(system: System) -> Floats:
+    """About each axis: numbers in the plane, vectors in space."""
+    count = len(system.space.rotation)
+    return np.ones(1) if count == 1 else np.eye(count)
+
+
+def _rigid(system: System, members: Ints, velocity: Floats, spin: Floats) -> Floats:
     """Coordinates of all blocks in a rigid motion of some."""
     z = np.zeros(system.sharing.constant.size)
     for part in (system.parts[i] for i in members):
@@ -157,7 +168,7 @@ def _rigid(system: System, members: Ints, velocity: Floats, spin: float) -> Floa
     return z
 
 
-def _moves_freely(system: System, members: Ints, velocity: Floats, spin: float) -> bool:
+def _moves_freely(system: System, members: Ints, velocity: Floats, spin: Floats) -> bool:
     """Whether a rigid motion meets neither stress nor loss; what is left out of the states cannot move."""
     z = _rigid(system, members, velocity, spin)
     x = z[system.sharing.kept]
@@ -169,9 +180,9 @@ def _moves_freely(system: System, members: Ints, velocity: Floats, spin: float) 
     return bool(np.all(np.abs(met @ x) <= RIGID * (abs(met) @ np.abs(x)).max()))
 
 
-def _own_inertia(system: System, members: Ints) -> Floats:
+def _own_inertia(system: System, members: Ints, spin: Floats) -> Floats:
     """Rotary inertia: of a unit spin, the momentum of the coordinates that are angular velocities."""
-    z = _rigid(system, members, np.zeros(system.dimension), 1.0)
+    z = _rigid(system, members, np.zeros(system.dimension), spin)
     result = np.zeros(z.size)
     for part in (system.parts[i] for i in members):
         own = np.zeros(part.form.size)

@@ -69,3 +69,23 @@ def test_a_weld_and_a_pin_with_multipliers_are_sites():
     d.pin(d.ground, one.centre, multiplier=True)
     d.expose(three.centre.translation, "pull")
     assert [site.name for site in d.compile().sites] == ["one.tip = two.centre", "ground.anchor = one.centre"]
+
+
+def test_feet_that_are_apart_have_places_of_their_own(bar):
+    """One source moves both feet of a portal; strain and velocity agree on where they are, and no joint opens."""
+    d = ph.Diagram("portal")
+    left = d.add(ph.Beam("left", bar, (0.0, 0.0), (0.0, 1.0), elements=2))
+    girder = d.add(ph.Beam("girder", bar, (0.0, 1.0), (1.0, 1.0), elements=2))
+    right = d.add(ph.Beam("right", bar, (1.0, 0.0), (1.0, 1.0), elements=2))
+    d.weld(left.end, girder.start)
+    d.weld(girder.end, right.end)
+    quake = d.add(ph.Velocity("quake", lambda t: (0.01 * np.sin(20.0 * t), 0.0)))
+    d.connect(quake.port, left.start.translation, right.start.translation, apart=True)
+    for foot in (left.start, right.start):
+        d.connect(foot.rotation, d.ground.rotation)
+    system = d.compile()
+    assert [site.start.tolist() for site in system.sites if site.known] == [[0.0, 0.0], [1.0, 0.0]]
+    solution = ph.simulate(system, 0.2, 0.005)
+    assert max(gap.max() for gap in solution.closure(source="strain").values()) < 1e-4
+    apart = solution.position(right.start, source="strain") - solution.position(left.start, source="strain")
+    np.testing.assert_allclose(apart, [[1.0, 0.0]] * solution.t.size, atol=1e-12)

@@ -127,3 +127,20 @@ def test_shapes_are_checked(scenes):
         replace(model, Kg=sp.coo_array((model.E.shape[0], 2)))
     with pytest.raises(DataError, match="expected a matrix"):
         replace(model, R="R")
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".mat", ".mtx"])
+def test_spatial_points_have_three_coordinates(tmp_path, suffix):
+    section = ph.Section(
+        axial=2e3, shear=(1e3, 1.2e3), bending=(10.0, 15.0), mass=1.0, rotary=(2e-2, 3e-2), torsion=8.0
+    )
+    d = ph.Diagram("cantilever in space")
+    beam = d.add(ph.Beam("beam", section, (0.0, 0.0, 0.0), (0.0, 1.0, 1.0), 3))
+    d.weld(d.ground, beam.start)
+    d.expose(beam.end.translation, "tip")
+    system = d.compile(approximation=ph.Approximation(large_rotation=False))
+    system.export(tmp_path / f"beam{suffix}")
+    model = ph.export.read(tmp_path / f"beam{suffix}").nonlinear
+    assert model.points.shape == (3 * len(model.point_names), system.n) and len(model.point_names) > 3
+    np.testing.assert_allclose(model.points.toarray(), system.point_velocity.toarray())
+    np.testing.assert_allclose(model.points0, system.start.points.ravel())
