@@ -224,6 +224,9 @@ class Form:
         it has turned.
     unoriented : bool
         Its frames turn in space, and how they stand then is not known: it has no points, and no weight.
+    copies : numpy.ndarray
+        For each of the first states the state without energy whose rows of J, T and outputs are the same, or -1;
+        shape (0,) if there is none. In a damped beam it is the viscous part of a stress.
     """
 
     size: int
@@ -245,6 +248,7 @@ class Form:
     modulation: Modulation | None = None
     frozen: bool = False
     unoriented: bool = False
+    copies: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     #: The place that positions rebuilt from strain are counted from.
     base: ClassVar[Place] = 0.0

@@ -1,7 +1,7 @@
 """The equations a stage is made of: those of the system, where two say nearly the same, their difference.
 
 The viscous part N_v of a stress is a state without energy (:mod:`phblocks.blocks.beam.damping`). All that strains N
-strains N_v too:
+strains N_v too, and the form of the beam says so (``copies``):
 
     C N' = s(x),    0 = s(x) - (C / time) N_v
 
@@ -80,7 +80,7 @@ class Equations:
             Triplets.from_coo(system.T), system.K, system.kinematics, system.K_g, system.K_u,
             np.empty(0, dtype=np.int64), scale, scale,
         )  # fmt: skip
-        followers, leaders = _followers(system, equations)
+        followers, leaders = _followers(system)
         return equations._subtracted(followers, leaders) if followers.size else equations
 
     def _subtracted(self, followers: Ints, leaders: Ints) -> Equations:
@@ -107,29 +107,19 @@ class Equations:
         )
 
 
-def _followers(system: System, equations: Equations) -> tuple[Ints, Ints]:
-    """Find states without energy that feel, to the last bit, what a state with energy feels; and these."""
-    damped = np.flatnonzero(system.algebraic & ~system.coenergy & (system.R0.diagonal() > 0.0))
-    leading = np.flatnonzero(~system.algebraic)
-    if not damped.size or not leading.size:
-        return damped[:0], damped[:0]
-    parts = [_unfolded(getattr(equations, name), system.n) for name in MODULATED]
-    felt = sp.csr_array(sp.hstack([equations.J0, equations.inputs, *parts]))
-    felt.sort_indices()  # so that sums of equal rows are equal to the last bit
-    mark = felt @ np.random.default_rng(0).uniform(1.0, 2.0, felt.shape[1])
-    leading = leading[np.argsort(mark[leading])]
-    leaders = leading[np.minimum(np.searchsorted(mark[leading], mark[damped]), leading.size - 1)]
-    same = mark[leaders] == mark[damped]
-    followers, leaders = damped[same], leaders[same]
-    other = np.diff(sp.csr_array(felt[followers] != felt[leaders]).indptr) > 0
-    return followers[~other], leaders[~other]
+def _followers(system: System) -> tuple[Ints, Ints]:
+    """Find the states that blocks declare to be copies, and what they are copies of.
 
-
-def _unfolded(entries: Triplets, n: int) -> sp.csr_array:
-    """Lay all axes but the first one side by side, without columns of zeros."""
-    first, *rest = entries.indices
-    place = np.zeros_like(first)
-    for index in rest:
-        place = place * (int(index.max(initial=0)) + 1) + index
-    used, column = np.unique(place, return_inverse=True)
-    return Triplets((first, column), entries.values).csr((n, used.size))
+    A pair counts where both are computed and neither is shared: what acts on one acts on the other then.
+    """
+    sharing = system.sharing
+    alone = np.bincount(sharing.expansion.indices, minlength=system.n) == 1
+    number = np.full(sharing.constant.size, -1)
+    number[sharing.kept[alone]] = np.flatnonzero(alone)
+    declared = [np.empty((2, 0), dtype=np.int64)]
+    for part in system.parts:
+        copied = np.flatnonzero(part.form.copies >= 0)
+        declared.append(part.states.start + np.stack([part.form.copies[copied], copied]))
+    followers, leaders = number[np.concatenate(declared, axis=1)]
+    both = (followers >= 0) & (leaders >= 0)
+    return followers[both], leaders[both]

@@ -40,14 +40,11 @@ class FieldForm(Form):
         Shape (12,): inertias and compliances of the section.
     curvature : float
         Initial curvature, 1/m.
-    copies : numpy.ndarray
-        For each state of the mesh the state that is its viscous part, or -1; shape (0,) without damping.
     """
 
     mesh: Mesh = field(kw_only=True)
     compliance: Floats = field(kw_only=True)
     curvature: float = field(kw_only=True)
-    copies: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64), kw_only=True)
 
     @abstractmethod
     def _tangents(self, history: History, elements: Ints, xi: Floats) -> Floats:
