@@ -149,6 +149,31 @@ class Loops:
                 chords[row] -= site.start + (moved[list(site.inputs)] if site.inputs else 0.0)
         return np.asarray(self._distribute @ chords)
 
+    def unaccounted(self, start: State) -> float:
+        """Measure what imposed motions before the start may have opened: how far they had come is in no state.
+
+        Parameters
+        ----------
+        start : State
+            Where a run is to start.
+
+        Returns
+        -------
+        float
+            The part of the gaps that displacements of imposed motions cause, beyond that of the initial
+            configuration, m; zero where no loop goes through an imposed motion.
+        """
+        sites = self.system.sites
+        driven = sorted({sites[i].inputs for i, _, _ in self._places if sites[i].inputs})
+        members = np.array([[sites[i].inputs == inputs for inputs in driven] for i, _, _ in self._places], dtype=float)
+        if not driven or not self.count:
+            return 0.0
+        nowhere = np.zeros(self.system.n_inputs)
+        gap = self.gaps(start, nowhere) - self.gaps(self.system.start, nowhere)
+        vectors, sizes, _ = np.linalg.svd(self._distribute @ members, full_matrices=False)
+        caused = vectors[:, sizes > RANK * max(float(sizes.max()), 1.0)]
+        return float(np.linalg.norm(caused @ (caused.T @ gap), axis=1).max(initial=0.0))
+
     def close(self, state: State, moved: Floats) -> Closure:
         """Close all loops.
 
