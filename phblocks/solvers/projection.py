@@ -183,7 +183,7 @@ class ProjectedSteps:
     def _require_known(self, start: State) -> None:
         """Refuse a start from which loops would be closed onto the place where an imposed motion began."""
         gap = self._loops.unaccounted(start)
-        if gap > OPEN * self._loops.size:
+        if gap > self._loops.allowed(OPEN):
             raise DataError(
                 f"simulate start of system {self._system.name!r}",
                 expected="with projection, loops that close through imposed motions where those began",
@@ -196,7 +196,7 @@ class ProjectedSteps:
         system, stage = self._system, self.stage
         before = State(stage.unpack(step.x), step.theta, np.zeros_like(system.start.points))
         closure = self._loops.close(before, self._moved)
-        if closure.left > OPEN * self._loops.size:
+        if closure.left > self._loops.allowed(OPEN):
             raise StepFailed(at, step.dt, f"a loop that had opened by {closure.gap:.3g} m could not be closed")
         if closure.state is before:
             return step
