@@ -60,7 +60,7 @@ def walk_of(settings: Settings, system: System, drive: Drive, start: State) -> W
         adaptive = settings.adaptive
         norm, limits = ErrorNorm(system, adaptive), (adaptive.shortest, adaptive.longest)
         walk = AdaptiveSteps(lambda: method.prepare(system), drive, start, schedule, norm, method.order, limits)
-    return walk if settings.projection is None else ProjectedSteps(walk, system, drive, settings.projection)
+    return walk if settings.projection is None else ProjectedSteps(walk, system, drive, start, settings.projection)
 
 
 def require_resumable(walk: Walk, settings: Settings) -> Resumable:

@@ -114,7 +114,8 @@ def simulate(
     Raises
     ------
     DataError
-        If a number is out of its range, or an input or a state has the wrong shape or an unknown name.
+        If a number is out of its range, or an input or a state has the wrong shape or an unknown name; with
+        ``projection``, if an imposed motion may have displaced the start by what no state tells.
     ArgumentTypeError
         If the system or the method is not one, or an argument is of another wrong kind.
     MethodError

@@ -19,8 +19,8 @@ import scipy.sparse as sp
 
 from phblocks.errors import UnknownNameError
 from phblocks.frames import rotate
-from phblocks.results.gaps import held_at, joint_gaps
-from phblocks.results.kinematics import Chords, bases
+from phblocks.results.gaps import joint_gaps
+from phblocks.results.kinematics import Chords, bases, held_at
 from phblocks.results.recording import Recording
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -195,7 +195,7 @@ class AllChords(Chords):
             return [
                 base[name].position + self.between(system.part(name), base[name].place, place)
                 for name, place in site.places
-            ] + held_at(site, recording)
+            ] + held_at(system, site, recording)
 
         joints: Mapping[str, Floats] = {}
         with suppress(KeyError, UnknownNameError):  # of a block nothing is known that orientation or place follows from

@@ -61,10 +61,13 @@ def joint_gaps(system: System, recording: Recording, spots: Callable[[Site], Seq
     -------
     mapping of str to numpy.ndarray
         For each joint the largest distance between what it joins, shape (times,), m; of a slider across its guide.
+        Joints to imposed motions are left out if the run did not start in the initial configuration.
     """
     gaps = {}
     for site in system.sites:
         at = spots(site)
+        if len(at) < 2:  # it is not known where an imposed motion holds it
+            continue
         gaps[site.name] = np.max([np.linalg.norm(a - b, axis=1) for i, a in enumerate(at) for b in at[:i]], axis=0)
     for guide in system.guides:
         span = spots(guide.second)[0] - spots(guide.first)[0]
@@ -74,27 +77,6 @@ def joint_gaps(system: System, recording: Recording, spots: Callable[[Site], Seq
         across = span @ guide.across.T
         gaps[guide.name] = np.linalg.norm(across - across[0], axis=1)
     return gaps
-
-
-def held_at(site: Site, recording: Recording) -> list[Floats]:
-    """Return where the ground or an imposed motion holds a site.
-
-    Parameters
-    ----------
-    site : Site
-        A place where anchors are joined.
-    recording : Recording
-        Of a run.
-
-    Returns
-    -------
-    list of numpy.ndarray
-        One of shape (times, dimension), m; none if nothing holds it.
-    """
-    if not site.known:
-        return []
-    moved = recording.input_integral[:, list(site.inputs)] if site.inputs else np.zeros(site.start.size)
-    return [np.broadcast_to(site.start + moved, (recording.t.size, site.start.size))]
 
 
 def sizes(system: System) -> Mapping[str, float]:

@@ -13,6 +13,7 @@ import numpy as np
 from phblocks.errors import HealthWarning, PhblocksError
 from phblocks.results.chords import position_gaps
 from phblocks.results.gaps import sizes
+from phblocks.results.kinematics import imposed_known
 from phblocks.results.limits import Limits
 from phblocks.results.momentum import free_bodies, momentum_drift
 from phblocks.system import State
@@ -27,6 +28,14 @@ if TYPE_CHECKING:
 BALANCE = "energy balance"
 GAP, CLOSURE = "gap of strain and configuration", "closure of joints"
 LINEAR, ANGULAR = "linear momentum of free bodies", "angular momentum of free bodies"
+PARTED = (
+    "Rotation within a step is too large, or the mesh too coarse: take a smaller dt (gaps fall with its square), or, "
+    "for curved beams, more elements or a higher degree."
+)
+UNTOLD = (
+    "How far imposed motions had come by the start is not part of a state: start in the initial configuration, or "
+    "resume a saved run."
+)
 #: Saved times at which positions are compared, evenly spread: these cost a fixed time a run.
 TIMES = 33
 #: Multipliers that are smaller than this part of the largest do not matter, nor do those that are smaller than this
@@ -249,19 +258,25 @@ def _of_positions(run: Readings, limits: Limits) -> Sequence[Finding]:
         why = "Needs the system: ph.read(path, system)."
         return [Finding(name, None, advice=why) for name in (GAP, CLOSURE, LINEAR, ANGULAR)]
     solution: Solution = run  # type: ignore[assignment]
+    turning_in_space = [part.name for part in system.parts if part.form.unoriented]
+    if turning_in_space:
+        why = "Needs orientations that turn in space, which are not computed: keep spin times dt below 0.3."
+        return [Finding(name, None, where=turning_in_space[0], advice=why) for name in (GAP, CLOSURE, LINEAR, ANGULAR)]
     thin, size = solution.sliced(evenly(solution.t.size, TIMES)), sizes(system)
     largest = max(size.values(), default=0.0)
     blocks, joints = ({}, {}) if system.linear or not largest else position_gaps(system, thin.recording)
     drifts = {body.name: momentum_drift(thin, body) for body in free_bodies(system)}
-    turning = "Rotation within a step is too large: gaps fall with the square of dt."
     kept = "The scheme keeps momentum to second order in dt only: take a smaller dt."
     series: Sequence[tuple[str, Mapping[str, Floats], float, str]] = [
-        (GAP, {b: g / size[b] for b, g in blocks.items() if b in size}, limits.gap, turning),
-        (CLOSURE, {j: g / (_size_at(j, size) or largest) for j, g in joints.items()}, limits.closure, turning),
+        (GAP, {b: g / size[b] for b, g in blocks.items() if b in size}, limits.gap, PARTED),
+        (CLOSURE, {j: g / (_size_at(j, size) or largest) for j, g in joints.items()}, limits.closure, PARTED),
         (LINEAR, {body: linear for body, (linear, _) in drifts.items()}, limits.momentum, kept),
         (ANGULAR, {body: own for body, (_, own) in drifts.items() if own is not None}, limits.momentum, kept),
     ]
-    return [_worst(name, thin.t, of, limit, advice) for name, of, limit, advice in series if of]
+    found = [_worst(name, thin.t, of, limit, advice) for name, of, limit, advice in series if of]
+    if blocks and not joints and not imposed_known(system, thin.recording) and any(s.inputs for s in system.sites):
+        found.append(Finding(CLOSURE, None, advice=UNTOLD))
+    return found
 
 
 def _of_frequencies(run: Readings) -> Sequence[Finding]:

@@ -2,7 +2,8 @@
 
 From a place that is known (the ground, an imposed motion) positions are followed through the blocks,
 ``r(b) = r(a) + integral of Lambda (e1 + Gamma)``, along a spanning tree of the diagram. A part that hangs on
-nothing known starts from its centre of mass, which the velocities give.
+nothing known starts from its centre of mass, which the velocities give; so does what hangs on an imposed motion if the
+run did not start in the initial configuration.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from phblocks.blocks.form import History
 from phblocks.ports import Place
 from phblocks.results.recording import Recording
-from phblocks.system import Part, System
+from phblocks.system import Part, Site, System
 from phblocks.triplets import Floats
 
 
@@ -123,6 +124,51 @@ class Chords:
         return part.form.mean_chord(self.history(part))
 
 
+def imposed_known(system: System, recording: Recording) -> bool:
+    """Tell whether a run knows where imposed motions are: inputs are integrated since its start only.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    recording : Recording
+        Of a run of it.
+
+    Returns
+    -------
+    bool
+        False if it started elsewhere than in the initial configuration: how far they had come by then no state tells.
+    """
+    first, initial = recording.start, system.start
+    pairs = [(first.points, initial.points), (first.theta, initial.theta)]
+    if not initial.points.size:
+        pairs.append((first.x[system.carries_energy], initial.x[system.carries_energy]))
+    return all(np.array_equal(one, other) for one, other in pairs)
+
+
+def held_at(system: System, site: Site, recording: Recording) -> list[Floats]:
+    """Return where the ground or an imposed motion holds a site.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    site : Site
+        A place where anchors are joined.
+    recording : Recording
+        Of a run.
+
+    Returns
+    -------
+    list of numpy.ndarray
+        One of shape (times, dimension), m; none if nothing holds it, or if it is not known where.
+    """
+    if not site.known or (site.inputs and not imposed_known(system, recording)):
+        return []
+    moved = recording.input_integral[:, list(site.inputs)] if site.inputs else np.zeros(site.start.size)
+    return [np.broadcast_to(site.start + moved, (recording.t.size, site.start.size))]
+
+
 def bases(chords: Chords) -> Mapping[str, Base]:
     """Find a known place on every block, along a spanning tree from the known sites.
 
@@ -166,9 +212,8 @@ def bases(chords: Chords) -> Mapping[str, Base]:
                 reach(other, base.position + chords.between(parts[name], base.place, place))
 
     for number, site in enumerate(system.sites):
-        if site.known:
-            moved = recording.input_integral[:, list(site.inputs)] if site.inputs else np.zeros((recording.t.size, 1))
-            reach(number, site.start + moved)
+        for held in held_at(system, site, recording):
+            reach(number, held)
     follow()
     for part in system.parts:
         if part.name not in found and part.form.points is not None:

@@ -111,6 +111,8 @@ class Recording:
         Energies.
     sums : Sums
         Of all steps, saved or not.
+    begun : State, optional
+        Where the run started, of a recording that was sliced.
     """
 
     t: Floats
@@ -120,6 +122,12 @@ class Recording:
     input_integral: Floats
     ledger: Ledger
     sums: Sums
+    begun: State | None = None
+
+    @property
+    def start(self) -> State:
+        """Where the run started."""
+        return self.begun or State(self.x[0], self.theta[0], self.points[0])
 
     @classmethod
     def of(cls, series: Mapping[str, Floats], worst: Mapping[str, Floats]) -> Recording:
@@ -158,7 +166,7 @@ class Recording:
         of_run = {name: getattr(self.ledger, name) for name in RESIDUALS}
         ledger = Ledger(**{name: getattr(self.ledger, name)[times] for name in (*SERIES, "balance_error")}, **of_run)
         t, x, theta, points, integral = (getattr(self, name)[times] for name in STATES)
-        return Recording(t, x, theta, points, integral, ledger, self.sums)
+        return Recording(t, x, theta, points, integral, ledger, self.sums, self.start)
 
 
 @dataclass

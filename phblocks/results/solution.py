@@ -19,8 +19,8 @@ from phblocks.frames import Attitude, rotate
 from phblocks.ports import Anchor, Place
 from phblocks.results.attitudes import in_frame, require_frames
 from phblocks.results.ends import Ends
-from phblocks.results.gaps import held_at, joint_gaps
-from phblocks.results.kinematics import Base, Chords, bases, history_of
+from phblocks.results.gaps import joint_gaps
+from phblocks.results.kinematics import Base, Chords, bases, held_at, history_of
 from phblocks.results.labels import Labels
 from phblocks.results.limits import Limits
 from phblocks.results.readings import Readings
@@ -319,7 +319,9 @@ class Solution(Readings):
     def closure(self, source: Source = "strain") -> Mapping[str, Floats]:
         """Return the gap of every joint: joints are closed in velocity, not in position.
 
-        Joints with multipliers are among them; that of a slider is the distance that opens across its guide.
+        Joints with multipliers are among them; that of a slider is the distance that opens across its guide. Joints to
+        imposed motions are left out if the run was started elsewhere than in the initial configuration: how far those
+        had come by then is not part of a state.
 
         Parameters
         ----------
@@ -413,7 +415,7 @@ class Solution(Readings):
     def _spots(self, site: Site, source: Source) -> list[Floats]:
         """Where all that is joined at a site has gone."""
         spots = [self.position(name, place, source=source) for name, place in site.places]
-        return spots + held_at(site, self.recording)
+        return spots + held_at(self.system, site, self.recording)
 
     def _components(self, part: Part, place: Place, field: str) -> Floats:
         """A field in the material frame, shape (times, components)."""

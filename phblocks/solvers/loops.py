@@ -22,6 +22,8 @@ SLOW = 1e6
 RANK = 1e-9
 #: A gap that is not closed any further, relative to the size of the diagram.
 CLOSED = 1e-13
+#: A gap that comes from the round-off of coordinates, relative to the largest.
+ROUND_OFF = 8.0 * float(np.finfo(float).eps)
 MOST_ITERATIONS = 8
 #: Kinds of energy of what moves, and of what is strained by it.
 MOVING, STRAINED = "kinetic", "strain"
@@ -72,7 +74,7 @@ class Loops:
     count : int
         How many independent loops there are.
     size : float
-        Of the diagram, m.
+        Extent of the diagram, wherever its origin is, m.
 
     Raises
     ------
@@ -115,11 +117,26 @@ class Loops:
                 got=f"none in a loop through {', '.join(names)}",
                 fix="Weld one of its corners with multiplier=True, or leave out the projection.",
             )
-        self.size = max((float(np.abs(site.start).max()) for site in system.sites), default=0.0)
+        self.size, self._furthest = self._extent()
         self._distribute = np.zeros((len(self._gates), len(self._places)))
         if self.count:
             self._distribute = np.linalg.pinv(through, rcond=RANK) @ around
         self._inner = self._mechanical()
+
+    def allowed(self, part: float) -> float:
+        """Return how large a gap may be: relative to the size, beside what is lost in round-off of coordinates.
+
+        Parameters
+        ----------
+        part : float
+            Of the size.
+
+        Returns
+        -------
+        float
+            Gap, m.
+        """
+        return part * self.size + ROUND_OFF * self._furthest
 
     def gaps(self, state: State, moved: Floats) -> Floats:
         """Find what is missing around loops, distributed over the joints.
@@ -149,6 +166,31 @@ class Loops:
                 chords[row] -= site.start + (moved[list(site.inputs)] if site.inputs else 0.0)
         return np.asarray(self._distribute @ chords)
 
+    def unaccounted(self, start: State) -> float:
+        """Measure what imposed motions before the start may have opened: how far they had come is in no state.
+
+        Parameters
+        ----------
+        start : State
+            Where a run is to start.
+
+        Returns
+        -------
+        float
+            The part of the gaps that displacements of imposed motions cause, beyond that of the initial
+            configuration, m; zero where no loop goes through an imposed motion.
+        """
+        sites = self.system.sites
+        driven = sorted({sites[i].inputs for i, _, _ in self._places if sites[i].inputs})
+        members = np.array([[sites[i].inputs == inputs for inputs in driven] for i, _, _ in self._places], dtype=float)
+        if not driven or not self.count:
+            return 0.0
+        nowhere = np.zeros(self.system.n_inputs)
+        gap = self.gaps(start, nowhere) - self.gaps(self.system.start, nowhere)
+        vectors, sizes, _ = np.linalg.svd(self._distribute @ members, full_matrices=False)
+        caused = vectors[:, sizes > RANK * max(float(sizes.max()), 1.0)]
+        return float(np.linalg.norm(caused @ (caused.T @ gap), axis=1).max(initial=0.0))
+
     def close(self, state: State, moved: Floats) -> Closure:
         """Close all loops.
 
@@ -168,7 +210,7 @@ class Loops:
         first = least = float(np.linalg.norm(jumps, axis=1).max(initial=0.0))
         best = state
         for _ in range(MOST_ITERATIONS):
-            if least <= CLOSED * self.size:
+            if least <= self.allowed(CLOSED):
                 break
             state = self._displaced(state, jumps)
             jumps = self.gaps(state, moved)
@@ -201,6 +243,14 @@ class Loops:
         shift = (system.point_velocity @ displacement).reshape(state.points.shape)
         points = state.points + rotate(system.point_angles.at(state.theta), shift)
         return State(state.x + strained, state.theta + system.rates @ displacement, points)
+
+    def _extent(self) -> tuple[float, float]:
+        """The largest difference of coordinates between what takes part, and the largest coordinate of a site, m."""
+        sites = np.array([site.start for site in self.system.sites])
+        if not sites.size:
+            return 0.0, 0.0
+        points = [part.form.points.start for part in self._parts.values() if part.form.points is not None]
+        return float(np.ptp(np.vstack([sites, *points]), axis=0).max()), float(np.abs(sites).max())
 
     def _mechanical(self) -> np.ndarray:
         """The states that take part: velocities, strains, and forces of joints that do not lose anything."""

@@ -75,6 +75,8 @@ class ProjectedSteps:
         The system.
     drive : Drive
         The inputs.
+    start : State
+        Where the other walk starts.
     options : Projection
         How often.
 
@@ -86,12 +88,18 @@ class ProjectedSteps:
         Energy that this added, J.
     largest_gap : float
         The largest jump at a joint that was closed, m.
+
+    Raises
+    ------
+    DataError
+        If an imposed motion may have displaced the start already: by how much is not part of a state.
     """
 
-    def __init__(self, walk: Resumable, system: System, drive: Drive, options: Projection) -> None:
+    def __init__(self, walk: Resumable, system: System, drive: Drive, start: State, options: Projection) -> None:
         self._walk, self._system, self._drive, self._every = walk, system, drive, int(options.every)
         self._loops = Loops(system)
         self._moved, self._since = np.zeros(system.n_inputs), 0
+        self._require_known(start)
         self.projections, self.energy_change, self.largest_gap = 0, 0.0, 0.0
 
     @property
@@ -172,12 +180,23 @@ class ProjectedSteps:
         self.energy_change, self.largest_gap = map(float, mark["projection_told"])
         self._moved = mark["projection_moved"]
 
+    def _require_known(self, start: State) -> None:
+        """Refuse a start from which loops would be closed onto the place where an imposed motion began."""
+        gap = self._loops.unaccounted(start)
+        if gap > self._loops.allowed(OPEN):
+            raise DataError(
+                f"simulate start of system {self._system.name!r}",
+                expected="with projection, loops that close through imposed motions where those began",
+                got=f"a gap of {gap:.3g} m, and how far imposed motions had come by then is not part of a State",
+                fix="Start from the initial configuration, resume a saved run (ph.resume), or leave out projection.",
+            )
+
     def _project(self, step: Step, at: float) -> Step:
         """Close the loops at the end of a step; the same step if they are closed."""
         system, stage = self._system, self.stage
         before = State(stage.unpack(step.x), step.theta, np.zeros_like(system.start.points))
         closure = self._loops.close(before, self._moved)
-        if closure.left > OPEN * self._loops.size:
+        if closure.left > self._loops.allowed(OPEN):
             raise StepFailed(at, step.dt, f"a loop that had opened by {closure.gap:.3g} m could not be closed")
         if closure.state is before:
             return step

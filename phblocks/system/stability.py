@@ -191,7 +191,7 @@ def stability_card(system: System, dt: float, state: State | None) -> StabilityC
         )
     at = system.start if state is None else require_state(system, state, "stability_card state")
     omega_max, modes, unresolved = _counted(system, at, step)
-    spins = system.rates @ at.x
+    spins = at.x[[unit == "rad/s" for unit in system.state_units]]
     idle = int((system.algebraic & ~system.coenergy).sum())
     constraints = system.constraint_names
     return StabilityCard(

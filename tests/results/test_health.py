@@ -485,3 +485,48 @@ def test_momenta_in_space():
     spun = [system.sharing.expand(system.rigid_motion(spin=spin).x) for spin in np.eye(3)]
     np.testing.assert_allclose(body.spin @ np.transpose(spun), np.diag([3e-3, 1e-3, 2e-3]), atol=1e-12)
     assert beam.name in body.name
+
+
+# Runs that start where an imposed motion has come
+
+
+def carried() -> ph.System:
+    """Two bars on a support that is drawn aside, the second also on the ground."""
+    d = ph.Diagram("carried")
+    first = d.add(ph.Beam("first", SOFT, (0.0, 0.0), (1.0, 1.0), elements=2))
+    second = d.add(ph.Beam("second", SOFT, (1.0, 1.0), (2.0, 0.0), elements=2))
+    d.connect(first.start.translation, d.add(ph.Velocity("drive", lambda t: (0.3, 0.0))).port)
+    d.pin(first.end, second.start)
+    d.pin(second.end, d.ground)
+    return d.compile(outputs="all")
+
+
+def test_what_a_start_does_not_tell_is_left_out():
+    """The support had come by 0.15 m: none of it is taken for a gap, and joints between blocks are compared still."""
+    system = carried()
+    whole = ph.simulate(system, 1.0, 0.01)
+    held = "first.start"
+    assert held in whole.closure()
+    go_on = ph.simulate(system, 0.5, 0.01, start=whole.at(0.5))
+    assert held not in go_on.closure() and "first.end = second.start" in go_on.closure()
+    for name in ("gap of strain and configuration", "closure of joints"):
+        assert go_on.health[name].value < 0.01, name
+    np.testing.assert_array_equal(
+        go_on.sliced(np.array([30])).position("first", 0.0, source="strain")[0],
+        go_on.position("first", 0.0, source="strain")[30],
+    )
+    # the same place, counted from the ground instead of the support
+    np.testing.assert_allclose(go_on.position("first", 0.0, source="strain")[0], [0.15, 0.0], atol=5e-3)
+
+
+def test_a_joint_to_nothing_but_an_imposed_motion_is_unknown():
+    d = ph.Diagram("towed")
+    beam = d.add(ph.Beam("beam", SOFT, (0.0, 0.0), (1.0, 0.0), elements=2))
+    d.connect(beam.start.translation, d.add(ph.Velocity("drive", lambda t: (0.3, 0.1))).port)
+    system = d.compile(outputs="all")
+    whole = ph.simulate(system, 1.0, 0.01)
+    assert whole.health["closure of joints"].verdict == "ok"
+    go_on = ph.simulate(system, 0.5, 0.01, start=whole.at(0.5))
+    assert go_on.health.ok and go_on.health["gap of strain and configuration"].value < 0.01
+    found = go_on.health["closure of joints"]
+    assert found.verdict == "unknown" and "initial configuration" in found.advice

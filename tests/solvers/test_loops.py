@@ -168,3 +168,18 @@ def test_a_ring_of_shared_states_is_refused():
         d.weld(one.end, other.start)
     with pytest.raises(MethodError, match=r"Projection for system 'ring'.*side 0"):
         Loops(d.compile())
+
+
+@pytest.mark.parametrize("far", [0.0, 1e4, 1e6])
+def test_tolerances_do_not_depend_on_the_origin(far):
+    """The extent is 2 m wherever the rod lies; beside it 8 eps of the largest coordinate."""
+    d = ph.Diagram("tie")
+    rod = d.add(ph.Beam("rod", section(), (far, far), (far + 2.0, far), elements=3, degree=2))
+    d.pin(rod.start, d.ground)
+    d.pin(rod.end, d.ground)
+    system = d.compile()
+    loops = Loops(system)
+    assert loops.size == pytest.approx(2.0, rel=1e-9)
+    assert loops.allowed(1e-8) == pytest.approx(2e-8 + 8.0 * 2.0**-52 * (far + 2.0), rel=1e-9)
+    closure = loops.close(changed(system, "rod.N1", 100.0), NOTHING)
+    assert closure.gap > 1e-4 and closure.left < 4.0 * 2.0**-52 * (far + 2.0) + 1e-13

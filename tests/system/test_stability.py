@@ -186,3 +186,19 @@ def test_what_is_refused(bar):
         system.stability_card("long")
     with pytest.raises(ArgumentTypeError, match="stability_card state"):
         system.stability_card(0.1, np.zeros(3))
+
+
+def test_the_spin_is_told_in_space_too():
+    """20 rad/s and 0.02 s: (0.4)^2 / 12 of the length, in the plane and in space."""
+    section = ph.Section(axial=2.8e7, shear=1e7, bending=1.4e4, mass=1.2, rotary=6e-4, torsion=1e4)
+    for more, spin in (((), 20.0), ((0.0,), (0.0, 0.0, 20.0))):
+        d = ph.Diagram("free")
+        d.add(ph.Beam("beam", section, (0.0, 0.0, *more), (3.0, 0.0, *more), elements=4, degree=2))
+        system = d.compile()
+        card = system.stability_card(0.02, system.rigid_motion(spin=spin))
+        assert card.spin == pytest.approx(20.0)
+        gap = card.findings["expected gap over length, (spin dt)^2 / 12"]
+        assert gap.value == pytest.approx(0.16 / 12.0) and gap.verdict == "over"
+    solution = ph.simulate(system, 0.02, 0.001)
+    unknown = [finding.name for finding in solution.health.findings if finding.verdict == "unknown"]
+    assert "linear momentum of free bodies" in unknown and len(unknown) == 4
