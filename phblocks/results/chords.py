@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +20,7 @@ import scipy.sparse as sp
 from phblocks.errors import UnknownNameError
 from phblocks.frames import rotate
 from phblocks.results.gaps import joint_gaps
-from phblocks.results.kinematics import Chords, bases, held_at
+from phblocks.results.kinematics import Base, Chords, bases, held_at, imposed_known
 from phblocks.results.recording import Recording
 from phblocks.triplets import Floats, Ints, Triplets
 
@@ -147,7 +147,7 @@ class AllChords(Chords):
         self.lines = lines = Lines.of(system)
         self._number = {name: i for i, name in enumerate(lines.names)}
         x = system.sharing.expand(recording.x).T
-        angle = lines.reference + (lines.spin @ recording.theta.T + lines.lean @ x).T
+        self._angle = angle = lines.reference + (lines.spin @ recording.theta.T + lines.lean @ x).T
         strain = np.stack([(rows @ x).T for rows in lines.strain], axis=-1)
         strain[..., 0] += 1.0
         self._tangents = rotate(angle, strain)
@@ -183,12 +183,13 @@ class AllChords(Chords):
         Returns
         -------
         blocks : mapping of str to numpy.ndarray
-            For each block that strain deforms the larger of the gaps at its two ends since the first time, shape
-            (times,), m: that of the centre plus and minus half of that of the chord. Empty if positions were not kept.
+            For each block that strain deforms the larger of the gaps at its two ends, shape (times,), m: that of the
+            centre plus and minus half of that of the chord, beyond what they are in the initial configuration. Empty if
+            positions were not kept.
         joints : mapping of str to numpy.ndarray
             See :meth:`phblocks.results.solution.Solution.closure`.
         """
-        system, recording, lines = self.system, self.recording, self.lines
+        system, recording = self.system, self.recording
         base = bases(self)
 
         def spots(site: Site) -> list[Floats]:
@@ -200,20 +201,57 @@ class AllChords(Chords):
         joints: Mapping[str, Floats] = {}
         with suppress(KeyError, UnknownNameError):  # of a block nothing is known that orientation or place follows from
             joints = joint_gaps(system, recording, spots)
+        parted, blocks = self._parted(base), {}
+        if parted:
+            initially, turned = self._initially()
+            number = self._number
+            for name, both in parted.items():
+                # before anything moves it is what quadrature makes of an arc, and it turns with the block
+                turn = np.broadcast_to(self.turned[number[name]] - turned[number[name]], both.shape[:2])
+                defect = rotate(turn, np.broadcast_to(initially[name], both.shape))
+                blocks[name] = np.linalg.norm(both - defect, axis=2).max(axis=0)
+        return blocks, joints
+
+    @property
+    def turned(self) -> Floats:
+        """Mean orientations of the blocks, shape (blocks, times), rad."""
+        weights = self.lines.chord
+        mean: Floats = np.asarray(weights @ self._angle.T) / np.asarray(weights.sum(axis=1))[:, None]
+        return mean
+
+    def _parted(self, base: Mapping[str, Base]) -> dict[str, Floats]:
+        """How far positions and strain are apart at both ends of each block, shape (2, times, dimension), m."""
+        system, lines = self.system, self.lines
         if lines.points.size != lines.reference.size or not lines.names:
-            return {}, joints
-        places = recording.points[:, lines.points]
+            return {}
+        places = self.recording.points[:, lines.points]
         half = 0.5 * (_by_block(lines.slope_of_points, places) - self.summed(lines.slope))
         centre, mean = self.summed(lines.centre), _by_block(lines.centre_of_points, places)
-        blocks = {}
+        parted = {}
         for b, name in enumerate(lines.names):
             if name in base:
                 start = base[name].position + self.between(system.part(name), base[name].place, ENDS[0])
                 off = mean[:, b] - start - centre[:, b]
-                both = np.stack([off - half[:, b], off + half[:, b]])
-                gap = np.linalg.norm(both, axis=2).max(axis=0)
-                blocks[name] = np.maximum(gap - gap[0], 0.0)  # at the start it is what quadrature makes of an arc
-        return blocks, joints
+                parted[name] = np.stack([off - half[:, b], off + half[:, b]])
+        return parted
+
+    def _initially(self) -> tuple[dict[str, Floats], Floats]:
+        """The same in the initial configuration, and how it is turned; kept with the system."""
+        system, recording = self.system, self.recording
+        key = f"centrelines at the start, imposed motions known: {imposed_known(system, recording)}"
+        if key not in system.prepared:
+            start = system.start
+            once = replace(
+                recording.sliced(np.zeros(1, dtype=np.int64)),
+                x=start.x[None],
+                theta=start.theta[None],
+                points=start.points[None],
+                input_integral=np.zeros((1, system.n_inputs)),
+            )
+            chords = AllChords(system, once)
+            system.prepared[key] = chords._parted(bases(chords)), chords.turned
+        known: tuple[dict[str, Floats], Floats] = system.prepared[key]  # type: ignore[assignment]
+        return known
 
 
 def position_gaps(system: System, recording: Recording) -> tuple[Mapping[str, Floats], Mapping[str, Floats]]:
