@@ -265,5 +265,5 @@ def _sampled(solution: Solution, outputs: Sequence[Output], series: Sequence[Any
     """The series at a few times, evenly over the run."""
     chosen = np.unique(np.linspace(0, solution.t.size - 1, LINES).round().astype(int))
     columns = np.column_stack([solution.t, *series])
-    names = ["t, s", *(name for output in outputs for name in output.columns)]
+    names = ["t, s", *(name for output, values in zip(outputs, series, strict=True) for name in output.columns(values))]
     return table([names, *([f"{value:.6g}" for value in columns[i]] for i in chosen)])

@@ -26,14 +26,15 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "bdf": ("ScipyIVP", {"method": "BDF"}),
     "dop853": ("ScipyIVP", {"method": "DOP853"}),
 }
-#: Read-outs of a point, with their components in the plane.
-KINDS = {
-    "position": ("x", "y"),
-    "velocity": ("x", "y"),
-    "force": ("axial", "shear"),
-    "angle": ("",),
-    "spin": ("",),
-    "moment": ("",),
+#: Read-outs of a point, with what their components are called where there are two (in the plane) or three (in space);
+#: material axis 1 is along a beam, 2 and 3 across it.
+KINDS: dict[str, dict[int, tuple[str, ...]]] = {
+    "position": {2: ("x", "y"), 3: ("x", "y", "z")},
+    "velocity": {2: ("x", "y"), 3: ("x", "y", "z")},
+    "force": {2: ("axial", "shear"), 3: ("axial", "shear 2", "shear 3")},
+    "angle": {},
+    "spin": {},
+    "moment": {3: ("torsion", "bending 2", "bending 3")},
 }
 
 
@@ -212,10 +213,24 @@ class Output:
             return cls(text, kind, block, anchor.place)
         return cls(text, kind, block, numbers if len(numbers) > 1 else numbers[0])
 
-    @property
-    def columns(self) -> list[str]:
-        """Headings, one for each component."""
-        return [f"{self.text} {part}".rstrip() for part in KINDS.get(self.kind, ("",))]
+    def columns(self, series: Floats) -> list[str]:
+        """Name the components of what was read.
+
+        Parameters
+        ----------
+        series : numpy.ndarray
+            Shape (times,) or (times, components).
+
+        Returns
+        -------
+        list of str
+            Headings, one for each component; numbers where components have no names.
+        """
+        if series.ndim == 1:
+            return [self.text]
+        count = series.shape[1]
+        parts = KINDS.get(self.kind, {}).get(count, tuple(str(i + 1) for i in range(count)))
+        return [f"{self.text} {part}" for part in parts]
 
     @property
     def quantity(self) -> tuple[str, str, Any]:
@@ -237,7 +252,7 @@ class Output:
         Returns
         -------
         numpy.ndarray
-            Shape (times,) or (times, 2).
+            Shape (times,) or (times, components): two in the plane, three in space.
         """
         if self.kind == "state":
             return solution.state(self.name)

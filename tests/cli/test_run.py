@@ -1,5 +1,7 @@
 """``phblocks run``: numbers of a free fall, files, methods, runs that end early, progress."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -150,3 +152,31 @@ def test_the_health_of_a_run_is_in_the_answer(phblocks):
     health = phblocks(f"{line} --json").data["health"]
     assert health["status"] == "success"
     assert {f["name"]: f["verdict"] for f in health["findings"]}["energy balance, whole run"] == "ok"
+
+
+def test_series_of_a_cantilever_in_space(phblocks):
+    """Three components each; a push along y bends it about axis 3, and what it supplies is force times way."""
+    series = ("position:b:1.0", "velocity:b:1.0", "force:b:0", "spin:b:1.0", "moment:b:0")
+    line = f"run cantilever.py --t-end 0.02 --dt 0.001 --output {' '.join(series)} --input"
+    said = phblocks(line, "tip=0,1,2")
+    assert said.code == 0 and said.err == ""
+    heading = said.out.splitlines()[-13]
+    wanted = [f"{name} {part}" for name in series[:2] for part in "xyz"]
+    wanted += [f"force:b:0 {part}" for part in ("axial", "shear 2", "shear 3")]
+    wanted += [f"spin:b:1.0 {part}" for part in (1, 2, 3)]
+    wanted += [f"moment:b:0 {part}" for part in ("torsion", "bending 2", "bending 3")]
+    assert re.split("  +", heading) == ["t, s", *wanted]
+    last = [float(cell) for cell in said.out.splitlines()[-1].split()]
+    data = phblocks(line, "tip=0,1,2", "--json").data
+    assert last[1:] == pytest.approx(np.concatenate([data["outputs"][name][-1] for name in series]), rel=1e-5)
+    end = np.array(data["outputs"]["position:b:1.0"][-1])
+    assert data["energy"]["supplied"]["end"] == pytest.approx(1.0 * end[1] + 2.0 * end[2], rel=1e-9)
+    alone = phblocks(line, "tip=0,1,0", "--json").data["outputs"]
+    moved = {name: [float(np.ptp(part)) > 1e-9 for part in zip(*alone[name], strict=True)] for name in series}
+    assert moved["position:b:1.0"] == moved["velocity:b:1.0"] == moved["force:b:0"] == [False, True, False]
+    assert moved["spin:b:1.0"] == moved["moment:b:0"] == [False, False, True]
+
+
+def test_what_space_does_not_have_is_refused(phblocks):
+    said = phblocks("run cantilever.py --t-end 0.002 --dt 0.001 --output angle:b:1.0")
+    assert said.code == 2 and "PH405" in said.err and said.out == ""
