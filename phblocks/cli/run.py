@@ -60,6 +60,9 @@ def add_options(parser: ArgumentParser) -> None:
     group.add_argument("--out", metavar="FILE", help="write the result: .h5 or .npz")
     group.add_argument("--replace", action="store_true", help="replace a result that is already there")
     group.add_argument("--resume", action="store_true", help="go on with the run in --out, which knows its own options")
+    group.add_argument(
+        "--frequencies", action="store_true", help="compare them with the step, too: many states take seconds"
+    )
     parser.add_argument(
         "--effects", choices=("auto", "all"), default="auto", help="compute what is called for (auto), or everything"
     )
@@ -95,10 +98,12 @@ def carry_out(options: Namespace) -> Answer:
     series = {output.text: output.read(solution) for output in outputs}
     if out is not None and out.suffix.lower() == ".npz":
         _write(out, solution, series)
+    found = solution.health.findings if options.frequencies else solution.health.watched
     data = {"file": options.file, "name": system.name, **_described(solution)}
+    data["health"] = {"name": system.name, "status": solution.status.name, "findings": found.to_json()}
     data["outputs"] = {"t": solution.t, **series} if outputs else {}
     data["out"] = None if out is None else str(out)
-    text = [_told(solution)]
+    text = [_told(solution), "", str(found)]
     if outputs:
         text += ["", _sampled(solution, outputs, list(series.values()))]
     if out is not None:
@@ -241,7 +246,6 @@ def _described(solution: Solution) -> dict[str, Any]:
         },
         "max_power_balance_error": solution.max_power_balance_error,
         "gap": _gap(solution),
-        "health": solution.health.to_json(),
     }
 
 
@@ -258,7 +262,7 @@ def _told(solution: Solution) -> str:
     rows = [["energy, J", "start", "end", "largest"]]
     for kind, series in solution.energy.items():
         rows.append([kind, *(f"{value:.6g}" for value in (series[0], series[-1], series.max()))])
-    return "\n".join([*lines, table(rows), "", str(solution.health)])
+    return "\n".join([*lines, table(rows)])
 
 
 def _sampled(solution: Solution, outputs: Sequence[Output], series: Sequence[Any]) -> str:

@@ -180,3 +180,22 @@ def test_series_of_a_cantilever_in_space(phblocks):
 def test_what_space_does_not_have_is_refused(phblocks):
     said = phblocks("run cantilever.py --t-end 0.002 --dt 0.001 --output angle:b:1.0")
     assert said.code == 2 and "PH405" in said.err and said.out == ""
+
+
+def test_frequencies_are_found_on_request_only(phblocks, monkeypatch):
+    """They are eigenvalues of full matrices: nobody waits for them unasked."""
+    from phblocks.results import health
+
+    asked = []
+    card = health.stability_card
+    monkeypatch.setattr(health, "stability_card", lambda *given: asked.append(given) or card(*given))
+    line = "run rod.py --t-end 0.3 --dt 0.01"
+    names = [f["name"] for f in phblocks(f"{line} --json").data["health"]["findings"]]
+    assert "h omega_max" not in names and "unresolved share of energy" in names
+    assert "h omega_max" not in phblocks(line).out and asked == []
+    assert "h omega_max" in phblocks(f"{line} --frequencies").out and len(asked) == 1
+    findings = phblocks(f"{line} --frequencies --json").data["health"]["findings"]
+    found = {f["name"]: f["value"] for f in findings}
+    step, state, system = asked[-1][1], asked[-1][2], asked[-1][0]
+    assert step == pytest.approx(0.01) and set(names) <= set(found)
+    assert found["h omega_max"] == card(system, step, state).findings["h omega_max"].value > 1.0
