@@ -34,6 +34,8 @@ examples:
 """
 #: Lines of the table of outputs.
 LINES = 11
+#: What is not for a run that is resumed: it has them in its file, or is to stay.
+KNOWN = ("t_end", "dt", "method", "rtol", "atol", "save_every", "max_halvings", "replace")
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -150,6 +152,7 @@ def simulated(source: Source, system: System, options: Namespace, out: Path | No
             fix="Such as --t-end 10 --dt 0.01.",
         )
     method, adaptive = method_of(options.method, options.rtol, options.atol)
+    halvings = getattr(options, "max_halvings", None)
     return ph.simulate(
         system,
         t_end=options.t_end,
@@ -158,7 +161,7 @@ def simulated(source: Source, system: System, options: Namespace, out: Path | No
         inputs=inputs,
         adaptive=adaptive,
         save_every=getattr(options, "save_every", None),
-        max_halvings=getattr(options, "max_halvings", 12),
+        **({} if halvings is None else {"max_halvings": halvings}),
         progress=options.progress,
         save=ph.Stream(str(out), replace=options.replace) if stream else None,
     )
@@ -167,14 +170,14 @@ def simulated(source: Source, system: System, options: Namespace, out: Path | No
 def _place(options: Namespace) -> Path | None:
     """Where the result goes, checked before the run."""
     if options.resume:
-        given = [f"--{name.replace('_', '-')}" for name in ("t_end", "dt", "method", "rtol", "save_every")]
-        given = [flag for flag in given if getattr(options, flag[2:].replace("-", "_")) is not None]
+        typed = {name: getattr(options, name) for name in KNOWN}
+        given = [f"--{k.replace('_', '-')}" for k, v in typed.items() if v is not None and v is not False]
         if given or options.out is None or Path(options.out).suffix.lower() == ".npz":
             raise DataError(
                 "run --resume",
-                expected="--out FILE.h5 of the run, and no other options of the simulation",
+                expected="--out FILE.h5 of the run, and of options of the simulation --input and --effects only",
                 got=" ".join(given) or f"--out {options.out}",
-                fix="The run knows its end, step and method.",
+                fix="The run knows the others.",
             )
     if options.out is None:
         return None

@@ -65,7 +65,7 @@ def add_run_options(parser: ArgumentParser, required: bool) -> None:
     )
     if required:
         group.add_argument("--save-every", type=int, metavar="N", help="save every so many steps")
-        group.add_argument("--max-halvings", type=int, default=12, metavar="N", help="of a step that fails (12)")
+        group.add_argument("--max-halvings", type=int, metavar="N", help="of a step that fails (12)")
 
 
 def method_of(
