@@ -12,7 +12,7 @@ import numpy as np
 
 from phblocks.cli.answer import Answer, table
 from phblocks.cli.scene import Source
-from phblocks.cli.values import Output, add_run_options, inputs_of, method_of
+from phblocks.cli.values import Output, add_run_options, inputs_of, method_of, projection_of
 from phblocks.errors import DataError, ExportError
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ examples:
 #: Lines of the table of outputs.
 LINES = 11
 #: What is not for a run that is resumed: it has them in its file, or is to stay.
-KNOWN = ("t_end", "dt", "method", "rtol", "atol", "save_every", "max_halvings", "replace")
+KNOWN = ("t_end", "dt", "method", "rtol", "atol", "save_every", "max_halvings", "project", "replace")
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -160,6 +160,7 @@ def simulated(source: Source, system: System, options: Namespace, out: Path | No
         method=method,
         inputs=inputs,
         adaptive=adaptive,
+        projection=projection_of(options.project),
         save_every=getattr(options, "save_every", None),
         **({} if halvings is None else {"max_halvings": halvings}),
         progress=options.progress,
@@ -238,6 +239,8 @@ def _described(solution: Solution) -> dict[str, Any]:
             "steps": statistics.steps,
             "halvings": statistics.halvings,
             "rejections": statistics.rejections,
+            "projections": statistics.projections,
+            "projection_energy_change": statistics.projection_energy_change,
             "newton_iterations": int(statistics.newton_iterations.sum()),
             "preparation_seconds": statistics.preparation_seconds,
             "loop_seconds": statistics.loop_seconds,

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from phblocks.results.solution import Solution
     from phblocks.solvers.adaptive import Adaptive
     from phblocks.solvers.method import Integrator, Method
+    from phblocks.solvers.projection import Projection
     from phblocks.triplets import Floats
 
 #: What is typed -> class of the library, and its arguments.
@@ -20,11 +21,13 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "midpoint": ("Midpoint", {}),
     "gauss2": ("GaussLegendre", {"stages": 2}),
     "gauss3": ("GaussLegendre", {"stages": 3}),
+    "radau2": ("RadauIIA", {"stages": 2}),
+    "radau3": ("RadauIIA", {"stages": 3}),
     "discrete-gradient": ("DiscreteGradient", {}),
     "linearly-implicit": ("LinearlyImplicit", {}),
-    "radau": ("ScipyIVP", {"method": "Radau"}),
-    "bdf": ("ScipyIVP", {"method": "BDF"}),
-    "dop853": ("ScipyIVP", {"method": "DOP853"}),
+    "scipy-radau": ("ScipyIVP", {"method": "Radau"}),
+    "scipy-bdf": ("ScipyIVP", {"method": "BDF"}),
+    "scipy-dop853": ("ScipyIVP", {"method": "DOP853"}),
 }
 #: Read-outs of a point, with what their components are called where there are two (in the plane) or three (in space);
 #: material axis 1 is along a beam, 2 and 3 across it.
@@ -56,6 +59,9 @@ def add_run_options(parser: ArgumentParser, required: bool) -> None:
     )
     group.add_argument("--rtol", type=float, metavar="R", help="adapt the steps to this relative tolerance")
     group.add_argument("--atol", type=float, metavar="A", help="absolute tolerance, J^(1/2); needs --rtol")
+    group.add_argument(
+        "--project", type=int, metavar="N", help="close loops of joints after every N-th step (1: after every step)"
+    )
     group.add_argument(
         "--input",
         action="append",
@@ -103,6 +109,29 @@ def method_of(
     if kind == "ScipyIVP":  # chooses its steps itself
         return ph.ScipyIVP(**arguments, **tolerances), None
     return getattr(ph, kind)(**arguments), ph.Adaptive(**tolerances) if tolerances else None
+
+
+def projection_of(every: int | None) -> Projection | None:
+    """Make what closes loops.
+
+    Parameters
+    ----------
+    every : int or None
+        Steps from one time to the next; ``None``: never.
+
+    Returns
+    -------
+    Projection or None
+        For ``simulate``.
+
+    Raises
+    ------
+    DataError
+        If it is not positive.
+    """
+    import phblocks as ph
+
+    return None if every is None else ph.Projection(every)
 
 
 def inputs_of(texts: list[str]) -> dict[str, float | tuple[float, ...]]:

@@ -56,7 +56,24 @@ def diagram():
     d.expose(b.end.translation, "tip")
     return d
 """
-FILES = {"stone.py": STONE, "rod.py": ROD, "bodies.py": BODIES, "cantilever.py": CANTILEVER}
+#: Three rigid bars on four pins: a loop with one degree of freedom.
+FRAME = """
+import itertools
+import numpy as np
+import phblocks as ph
+
+diagram = ph.Diagram("frame", gravity=(0.0, -9.81))
+corners = np.array([(0.0, 0.0), (0.3, 1.0), (1.5, 1.2), (1.8, 0.1)])
+a, b, c = (
+    diagram.add(ph.RigidBody(name, 1.0, 0.1, (start + end) / 2, {"start": start, "end": end}))
+    for name, (start, end) in zip("abc", itertools.pairwise(corners))
+)
+diagram.pin(a["start"], diagram.ground, multiplier=True)
+diagram.pin(a["end"], b["start"], multiplier=True)
+diagram.pin(b["end"], c["start"], multiplier=True)
+diagram.pin(c["end"], diagram.ground, multiplier=True)
+"""
+FILES = {"stone.py": STONE, "rod.py": ROD, "bodies.py": BODIES, "cantilever.py": CANTILEVER, "frame.py": FRAME}
 
 
 @dataclass

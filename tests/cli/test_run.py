@@ -38,7 +38,7 @@ def test_methods_keep_the_energy(phblocks, method):
     assert data["energy"]["kinetic"]["end"] == pytest.approx(0.433, rel=1e-2)  # 3/8 m g^2 t^2 of a rigid rod
 
 
-@pytest.mark.parametrize("method", ["radau", "bdf", "dop853"])
+@pytest.mark.parametrize("method", ["scipy-radau", "scipy-bdf", "scipy-dop853"])
 def test_methods_of_scipy_take_tolerances(phblocks, method):
     data = phblocks(f"run stone.py --t-end 1 --dt 0.1 --rtol 1e-8 --atol 1e-8 --method {method} --json").data
     assert data["energy"]["kinetic"]["end"] == pytest.approx(100.0, rel=1e-6)
@@ -48,7 +48,10 @@ def test_every_method_of_the_library_can_be_asked_for():
     from phblocks.cli.values import METHODS, method_of
 
     made = {type(method_of(name)[0]) for name in METHODS}
-    assert made == {ph.Midpoint, ph.GaussLegendre, ph.DiscreteGradient, ph.LinearlyImplicit, ph.ScipyIVP}
+    own = {ph.Midpoint, ph.GaussLegendre, ph.RadauIIA, ph.DiscreteGradient, ph.LinearlyImplicit}
+    assert made == {*own, ph.ScipyIVP}
+    assert all(name.startswith("scipy-") == (type(method_of(name)[0]) is ph.ScipyIVP) for name in METHODS)
+    assert method_of("radau2")[0] == ph.RadauIIA(stages=2) and method_of("radau3")[0] == ph.RadauIIA(stages=3)
     assert method_of("gauss3")[0] == ph.GaussLegendre(stages=3)
     assert method_of(None, 1e-3) == (None, ph.Adaptive(rtol=1e-3))
 
@@ -126,6 +129,9 @@ def test_options_that_are_missing_or_wrong(phblocks):
         ("run stone.py --t-end 1 --dt 0.1 --output energy:thermal", "kinetic"),
         ("run stone.py --t-end 1 --dt 0.1 --output state:stone.speed", "stone.vx[0]"),
         ("run stone.py --t-end 1 --dt 0.1 --method euler", "midpoint"),
+        ("run stone.py --t-end 1 --dt 0.1 --method radau", "radau2"),
+        ("run stone.py --t-end 1 --dt 0.1 --project 0", "Projection every"),
+        ("run stone.py --t-end 1 --dt 0.1 --project 1 --method scipy-bdf", "choose its steps itself"),
     ):
         said = phblocks(line)
         assert said.code == 2 and told in said.err and said.out == "", line
@@ -212,6 +218,7 @@ def test_a_run_that_is_resumed_takes_no_options_of_its_own(phblocks):
         "--atol 1e-3",
         "--save-every 0",
         "--max-halvings 12",
+        "--project 1",
         "--replace",
     ):
         said = phblocks(f"{line} {option}")
@@ -220,3 +227,31 @@ def test_a_run_that_is_resumed_takes_no_options_of_its_own(phblocks):
     assert both.code == 2 and "got --dt --replace." in both.err
     said = phblocks(f"{line} --input push=4,0 --effects all --output velocity:stone:centre --frequencies --json")
     assert said.code == 0 and said.data["outputs"]["velocity:stone:centre"][-1] == pytest.approx([2.0, -10.0])
+
+
+def test_radau_iia_tells_what_it_takes(phblocks):
+    """What it damps is a series of its own, with which the balance is exact; order 5 damps less than order 3."""
+    lost = []
+    for method in ("radau2", "radau3"):
+        data = phblocks(f"run rod.py --t-end 0.1 --dt 0.01 --method {method} --json").data
+        energy = {kind: values["end"] for kind, values in data["energy"].items()}
+        assert data["ok"] and data["max_power_balance_error"] < 1e-10
+        assert energy["kinetic"] == pytest.approx(0.433, rel=1e-2)  # as above
+        assert energy["total"] + energy["numerical_loss"] == pytest.approx(0.0, abs=1e-10)  # it starts from rest
+        lost.append(energy["numerical_loss"])
+    assert lost[0] > 2.0 * lost[1] > 0.0
+
+
+def test_loops_are_closed(phblocks):
+    """A frame of three rigid bars drifts apart at its pins; closing it costs energy, which is told."""
+    line = "run frame.py --t-end 1 --dt 0.02 --json"
+    drifting, closed, seldom = (phblocks(f"{line} {more}").data for more in ("", "--project 1", "--project 10"))
+    gaps = [
+        next(f["value"] for f in data["health"]["findings"] if f["name"] == "closure of joints")
+        for data in (drifting, seldom, closed)
+    ]
+    assert gaps[0] > gaps[1] > gaps[2] and gaps[0] > 1e-6 and gaps[2] < 1e-11
+    assert [data["statistics"]["projections"] for data in (drifting, seldom)] == [0, 5]
+    assert drifting["energy"]["projected"]["end"] == 0.0
+    change = closed["statistics"]["projection_energy_change"]
+    assert change != 0.0 and closed["energy"]["projected"]["end"] == pytest.approx(change, abs=1e-10)
