@@ -40,6 +40,8 @@ OF_RUN = (*OF_READINGS, "motion", "gap", "power-flow", "animation", "report")
 #: Suffixes of a kind that is no picture, the first of them the default.
 SUFFIXES = {"animation": (".html", ".gif", ".mp4"), "report": (".html",)}
 PICTURES = (".png", ".svg", ".pdf")
+#: Dots per inch: Matplotlib can draw neither text with less nor large pictures with more.
+LEAST_DPI, MOST_DPI = 10.0, 2400.0
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -56,7 +58,7 @@ def add_options(parser: ArgumentParser) -> None:
     parser.add_argument("--out", metavar="FILE", help="where to; FILE_KIND.png by default")
     parser.add_argument("--times", type=float, nargs="+", metavar="S", help="of the snapshots of motion, s")
     parser.add_argument("--modes", type=int, default=20, metavar="N", help="in the spectrum (20)")
-    parser.add_argument("--dpi", type=float, default=150.0, metavar="N", help="dots per inch (150)")
+    parser.add_argument("--dpi", type=float, default=150.0, metavar="N", help="dots per inch, 10 to 2400 (150)")
     add_run_options(parser, required=False)
 
 
@@ -76,12 +78,16 @@ def carry_out(options: Namespace) -> Answer:
     Raises
     ------
     DataError
-        If the kind needs a run, or a diagram, that is not given.
+        If the kind needs a run, or a diagram, that is not given, or an option is out of its range.
     ExportError
         If the suffix is unknown, or the file cannot be written.
     PhblocksError
         If a file cannot be read, or the diagram does not compile.
     """
+    if not LEAST_DPI <= options.dpi <= MOST_DPI:
+        raise DataError(
+            "plot --dpi", expected=f"{LEAST_DPI:g} to {MOST_DPI:g}", got=f"{options.dpi:g}", fix="Such as --dpi 150."
+        )
     stored = Path(options.file).suffix.lower() == ".h5"
     kind = options.kind or ("energy" if stored or options.result else "diagram")
     out = _place(options, kind)

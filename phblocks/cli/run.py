@@ -12,7 +12,7 @@ import numpy as np
 
 from phblocks.cli.answer import Answer, table
 from phblocks.cli.scene import Source
-from phblocks.cli.values import Output, add_run_options, inputs_of, method_of
+from phblocks.cli.values import Output, add_run_options, inputs_of, method_of, projection_of
 from phblocks.errors import DataError, ExportError
 
 if TYPE_CHECKING:
@@ -34,6 +34,8 @@ examples:
 """
 #: Lines of the table of outputs.
 LINES = 11
+#: What is not for a run that is resumed: it has them in its file, or is to stay.
+KNOWN = ("t_end", "dt", "method", "rtol", "atol", "save_every", "max_halvings", "project", "replace")
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -60,6 +62,9 @@ def add_options(parser: ArgumentParser) -> None:
     group.add_argument("--out", metavar="FILE", help="write the result: .h5 or .npz")
     group.add_argument("--replace", action="store_true", help="replace a result that is already there")
     group.add_argument("--resume", action="store_true", help="go on with the run in --out, which knows its own options")
+    group.add_argument(
+        "--frequencies", action="store_true", help="compare them with the step, too: many states take seconds"
+    )
     parser.add_argument(
         "--effects", choices=("auto", "all"), default="auto", help="compute what is called for (auto), or everything"
     )
@@ -95,10 +100,12 @@ def carry_out(options: Namespace) -> Answer:
     series = {output.text: output.read(solution) for output in outputs}
     if out is not None and out.suffix.lower() == ".npz":
         _write(out, solution, series)
+    found = solution.health.findings if options.frequencies else solution.health.watched
     data = {"file": options.file, "name": system.name, **_described(solution)}
+    data["health"] = {"name": system.name, "status": solution.status.name, "findings": found.to_json()}
     data["outputs"] = {"t": solution.t, **series} if outputs else {}
     data["out"] = None if out is None else str(out)
-    text = [_told(solution)]
+    text = [_told(solution), "", str(found)]
     if outputs:
         text += ["", _sampled(solution, outputs, list(series.values()))]
     if out is not None:
@@ -145,6 +152,7 @@ def simulated(source: Source, system: System, options: Namespace, out: Path | No
             fix="Such as --t-end 10 --dt 0.01.",
         )
     method, adaptive = method_of(options.method, options.rtol, options.atol)
+    halvings = getattr(options, "max_halvings", None)
     return ph.simulate(
         system,
         t_end=options.t_end,
@@ -152,8 +160,9 @@ def simulated(source: Source, system: System, options: Namespace, out: Path | No
         method=method,
         inputs=inputs,
         adaptive=adaptive,
+        projection=projection_of(options.project),
         save_every=getattr(options, "save_every", None),
-        max_halvings=getattr(options, "max_halvings", 12),
+        **({} if halvings is None else {"max_halvings": halvings}),
         progress=options.progress,
         save=ph.Stream(str(out), replace=options.replace) if stream else None,
     )
@@ -162,14 +171,14 @@ def simulated(source: Source, system: System, options: Namespace, out: Path | No
 def _place(options: Namespace) -> Path | None:
     """Where the result goes, checked before the run."""
     if options.resume:
-        given = [f"--{name.replace('_', '-')}" for name in ("t_end", "dt", "method", "rtol", "save_every")]
-        given = [flag for flag in given if getattr(options, flag[2:].replace("-", "_")) is not None]
+        typed = {name: getattr(options, name) for name in KNOWN}
+        given = [f"--{k.replace('_', '-')}" for k, v in typed.items() if v is not None and v is not False]
         if given or options.out is None or Path(options.out).suffix.lower() == ".npz":
             raise DataError(
                 "run --resume",
-                expected="--out FILE.h5 of the run, and no other options of the simulation",
+                expected="--out FILE.h5 of the run, and of options of the simulation --input and --effects only",
                 got=" ".join(given) or f"--out {options.out}",
-                fix="The run knows its end, step and method.",
+                fix="The run knows the others.",
             )
     if options.out is None:
         return None
@@ -230,6 +239,8 @@ def _described(solution: Solution) -> dict[str, Any]:
             "steps": statistics.steps,
             "halvings": statistics.halvings,
             "rejections": statistics.rejections,
+            "projections": statistics.projections,
+            "projection_energy_change": statistics.projection_energy_change,
             "newton_iterations": int(statistics.newton_iterations.sum()),
             "preparation_seconds": statistics.preparation_seconds,
             "loop_seconds": statistics.loop_seconds,
@@ -241,7 +252,6 @@ def _described(solution: Solution) -> dict[str, Any]:
         },
         "max_power_balance_error": solution.max_power_balance_error,
         "gap": _gap(solution),
-        "health": solution.health.to_json(),
     }
 
 
@@ -258,12 +268,12 @@ def _told(solution: Solution) -> str:
     rows = [["energy, J", "start", "end", "largest"]]
     for kind, series in solution.energy.items():
         rows.append([kind, *(f"{value:.6g}" for value in (series[0], series[-1], series.max()))])
-    return "\n".join([*lines, table(rows), "", str(solution.health)])
+    return "\n".join([*lines, table(rows)])
 
 
 def _sampled(solution: Solution, outputs: Sequence[Output], series: Sequence[Any]) -> str:
     """The series at a few times, evenly over the run."""
     chosen = np.unique(np.linspace(0, solution.t.size - 1, LINES).round().astype(int))
     columns = np.column_stack([solution.t, *series])
-    names = ["t, s", *(name for output in outputs for name in output.columns)]
+    names = ["t, s", *(name for output, values in zip(outputs, series, strict=True) for name in output.columns(values))]
     return table([names, *([f"{value:.6g}" for value in columns[i]] for i in chosen)])

@@ -13,7 +13,7 @@ from phblocks.cli.answer import Answer
 from phblocks.cli.plot import write_figure
 from phblocks.cli.run import simulated
 from phblocks.cli.scene import Maker, Source
-from phblocks.cli.values import METHODS, Output, add_run_options, inputs_of, method_of
+from phblocks.cli.values import METHODS, Output, add_run_options, inputs_of, method_of, projection_of
 from phblocks.errors import DataError, ExportError, UnreachedError
 
 HELP = "measure convergence, error against time, or which effects are needed"
@@ -52,7 +52,9 @@ def add_options(parser: ArgumentParser) -> None:
     group.add_argument("--values", type=float, nargs="+", metavar="V", help="convergence: of it")
     group.add_argument("--steps", type=float, nargs="+", metavar="S", help="work-precision, effects: steps, s")
     group.add_argument("--methods", choices=sorted(METHODS), nargs="+", metavar="M", help="work-precision: methods")
-    group.add_argument("--tolerances", type=float, nargs="+", metavar="R", help="work-precision: of radau, bdf, dop853")
+    group.add_argument(
+        "--tolerances", type=float, nargs="+", metavar="R", help="work-precision: of scipy-..., which choose steps"
+    )
     group.add_argument("--elements", type=int, nargs="+", metavar="N", help="of all beams; several: work-precision")
     group.add_argument("--degree", type=int, metavar="K", help="of all beams")
     group.add_argument("--quantity", metavar="KIND:BLOCK:PLACE", help="what the error is of: position:crank:0.5")
@@ -182,13 +184,14 @@ def _shares(source: Source, options: Namespace) -> Any:
 def _common(source: Source, options: Namespace) -> dict[str, Any]:
     """What all studies but the last are asked."""
     _require(options, "t_end")
-    inputs = source.inputs(inputs_of(options.input))
+    inputs, projection = source.inputs(inputs_of(options.input)), projection_of(options.project)
     return {
         "quantity": Output.of(options.quantity, source.diagram()).quantity,
         "t_end": options.t_end,
         "times": options.times,
         "progress": options.progress,
         **({"inputs": inputs} if inputs else {}),
+        **({} if projection is None else {"projection": projection}),
     }
 
 

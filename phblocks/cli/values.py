@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from phblocks.results.solution import Solution
     from phblocks.solvers.adaptive import Adaptive
     from phblocks.solvers.method import Integrator, Method
+    from phblocks.solvers.projection import Projection
     from phblocks.triplets import Floats
 
 #: What is typed -> class of the library, and its arguments.
@@ -20,20 +21,23 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "midpoint": ("Midpoint", {}),
     "gauss2": ("GaussLegendre", {"stages": 2}),
     "gauss3": ("GaussLegendre", {"stages": 3}),
+    "radau2": ("RadauIIA", {"stages": 2}),
+    "radau3": ("RadauIIA", {"stages": 3}),
     "discrete-gradient": ("DiscreteGradient", {}),
     "linearly-implicit": ("LinearlyImplicit", {}),
-    "radau": ("ScipyIVP", {"method": "Radau"}),
-    "bdf": ("ScipyIVP", {"method": "BDF"}),
-    "dop853": ("ScipyIVP", {"method": "DOP853"}),
+    "scipy-radau": ("ScipyIVP", {"method": "Radau"}),
+    "scipy-bdf": ("ScipyIVP", {"method": "BDF"}),
+    "scipy-dop853": ("ScipyIVP", {"method": "DOP853"}),
 }
-#: Read-outs of a point, with their components in the plane.
-KINDS = {
-    "position": ("x", "y"),
-    "velocity": ("x", "y"),
-    "force": ("axial", "shear"),
-    "angle": ("",),
-    "spin": ("",),
-    "moment": ("",),
+#: Read-outs of a point, with what their components are called where there are two (in the plane) or three (in space);
+#: material axis 1 is along a beam, 2 and 3 across it.
+KINDS: dict[str, dict[int, tuple[str, ...]]] = {
+    "position": {2: ("x", "y"), 3: ("x", "y", "z")},
+    "velocity": {2: ("x", "y"), 3: ("x", "y", "z")},
+    "force": {2: ("axial", "shear"), 3: ("axial", "shear 2", "shear 3")},
+    "angle": {},
+    "spin": {},
+    "moment": {3: ("torsion", "bending 2", "bending 3")},
 }
 
 
@@ -56,6 +60,9 @@ def add_run_options(parser: ArgumentParser, required: bool) -> None:
     group.add_argument("--rtol", type=float, metavar="R", help="adapt the steps to this relative tolerance")
     group.add_argument("--atol", type=float, metavar="A", help="absolute tolerance, J^(1/2); needs --rtol")
     group.add_argument(
+        "--project", type=int, metavar="N", help="close loops of joints after every N-th step (1: after every step)"
+    )
+    group.add_argument(
         "--input",
         action="append",
         default=[],
@@ -64,7 +71,7 @@ def add_run_options(parser: ArgumentParser, required: bool) -> None:
     )
     if required:
         group.add_argument("--save-every", type=int, metavar="N", help="save every so many steps")
-        group.add_argument("--max-halvings", type=int, default=12, metavar="N", help="of a step that fails (12)")
+        group.add_argument("--max-halvings", type=int, metavar="N", help="of a step that fails (12)")
 
 
 def method_of(
@@ -102,6 +109,29 @@ def method_of(
     if kind == "ScipyIVP":  # chooses its steps itself
         return ph.ScipyIVP(**arguments, **tolerances), None
     return getattr(ph, kind)(**arguments), ph.Adaptive(**tolerances) if tolerances else None
+
+
+def projection_of(every: int | None) -> Projection | None:
+    """Make what closes loops.
+
+    Parameters
+    ----------
+    every : int or None
+        Steps from one time to the next; ``None``: never.
+
+    Returns
+    -------
+    Projection or None
+        For ``simulate``.
+
+    Raises
+    ------
+    DataError
+        If it is not positive.
+    """
+    import phblocks as ph
+
+    return None if every is None else ph.Projection(every)
 
 
 def inputs_of(texts: list[str]) -> dict[str, float | tuple[float, ...]]:
@@ -212,10 +242,24 @@ class Output:
             return cls(text, kind, block, anchor.place)
         return cls(text, kind, block, numbers if len(numbers) > 1 else numbers[0])
 
-    @property
-    def columns(self) -> list[str]:
-        """Headings, one for each component."""
-        return [f"{self.text} {part}".rstrip() for part in KINDS.get(self.kind, ("",))]
+    def columns(self, series: Floats) -> list[str]:
+        """Name the components of what was read.
+
+        Parameters
+        ----------
+        series : numpy.ndarray
+            Shape (times,) or (times, components).
+
+        Returns
+        -------
+        list of str
+            Headings, one for each component; numbers where components have no names.
+        """
+        if series.ndim == 1:
+            return [self.text]
+        count = series.shape[1]
+        parts = KINDS.get(self.kind, {}).get(count, tuple(str(i + 1) for i in range(count)))
+        return [f"{self.text} {part}" for part in parts]
 
     @property
     def quantity(self) -> tuple[str, str, Any]:
@@ -237,7 +281,7 @@ class Output:
         Returns
         -------
         numpy.ndarray
-            Shape (times,) or (times, 2).
+            Shape (times,) or (times, components): two in the plane, three in space.
         """
         if self.kind == "state":
             return solution.state(self.name)

@@ -41,7 +41,39 @@ a = diagram.add(ph.RigidBody("a", 1.0, 0.1, (0.0, 0.0), {"tip": (1.0, 0.0)}))
 b = diagram.add(ph.RigidBody("b", 1.0, 0.1, (2.0, 0.0), {"tip": (1.0, 0.0)}))
 diagram.pin(a["tip"], b["tip"])
 """
-FILES = {"stone.py": STONE, "rod.py": ROD, "bodies.py": BODIES}
+#: A cantilever in space whose frames stay as they are, pushed at its tip.
+CANTILEVER = """
+import phblocks as ph
+
+SECTION = ph.Section(axial=1e6, shear=(4e5, 4e5), bending=(200.0, 100.0), mass=1.0, rotary=(1e-3, 2e-3),
+                     torsion=150.0, polar=3e-3)
+
+def diagram():
+    d = ph.Diagram("cantilever")
+    linear = ph.Approximation(large_rotation=False)
+    b = d.add(ph.Beam("b", SECTION, (0, 0, 0), (1, 0, 0), elements=4, approximation=linear))
+    d.weld(b.start, d.ground)
+    d.expose(b.end.translation, "tip")
+    return d
+"""
+#: Three rigid bars on four pins: a loop with one degree of freedom.
+FRAME = """
+import itertools
+import numpy as np
+import phblocks as ph
+
+diagram = ph.Diagram("frame", gravity=(0.0, -9.81))
+corners = np.array([(0.0, 0.0), (0.3, 1.0), (1.5, 1.2), (1.8, 0.1)])
+a, b, c = (
+    diagram.add(ph.RigidBody(name, 1.0, 0.1, (start + end) / 2, {"start": start, "end": end}))
+    for name, (start, end) in zip("abc", itertools.pairwise(corners))
+)
+diagram.pin(a["start"], diagram.ground, multiplier=True)
+diagram.pin(a["end"], b["start"], multiplier=True)
+diagram.pin(b["end"], c["start"], multiplier=True)
+diagram.pin(c["end"], diagram.ground, multiplier=True)
+"""
+FILES = {"stone.py": STONE, "rod.py": ROD, "bodies.py": BODIES, "cantilever.py": CANTILEVER, "frame.py": FRAME}
 
 
 @dataclass

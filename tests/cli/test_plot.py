@@ -75,3 +75,11 @@ def test_a_place_that_cannot_be_written_to(phblocks, folder):
     (folder / "taken.png").mkdir()
     said = phblocks("plot rod.py --out taken.png")
     assert said.code == 2 and "PH501" in said.err and plt.get_fignums() == []
+
+
+def test_dots_per_inch_are_checked_before_anything_is_drawn(phblocks):
+    for dpi in ("0", "-80", "nan", "inf", "9.9", "2401"):
+        said = phblocks("plot rod.py --out rod.png --json", f"--dpi={dpi}")
+        assert said.code == 2 and "plot --dpi" in said.err and "10 to 2400" in said.data["error"]["expected"], dpi
+    assert not Path("rod.png").exists()
+    assert phblocks("plot rod.py --out rod.png --dpi 10").code == 0 and Path("rod.png").exists()

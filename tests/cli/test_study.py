@@ -100,3 +100,11 @@ def test_what_is_missing_or_fails(phblocks):
     ):
         said = phblocks(line)
         assert said.code == code and told in said.err, line
+
+
+def test_a_study_closes_loops_in_all_of_its_runs(phblocks):
+    """The order stays, as it must where the gap comes from time steps alone; the errors are others."""
+    line = "study frame.py --values 0.04 0.02 0.01 --t-end 0.4 --quantity position:b:start --json"
+    drifting, closed = (phblocks(f"{line} {more}").data for more in ("", "--project 1"))
+    errors = [[row["error"] for row in data["rows"]] for data in (drifting, closed)]
+    assert errors[0] != errors[1] and closed["order"] == pytest.approx(2.0, abs=0.2)
