@@ -1,13 +1,15 @@
 """Build hook of wheels: what users call keeps its docstrings, the rest is code only, so that wheels stay small.
 
-Half of the source is docstrings. Those of all names in the reference (docs/api.rst) and of their public methods stay;
+Half of the source is docstrings and comments. Docstrings of all names in the reference (docs/api.rst) and of their public methods stay;
 lines keep their numbers, so that tracebacks are those of the source.
 """
 
 import ast
+import io
 import re
 import shutil
 import tempfile
+import tokenize
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +45,7 @@ def reference(text: str) -> set[str]:
 
 
 def without_internal_docstrings(text: str, names: set[str]) -> str:
-    """Leave empty lines where docstrings are that no user reads; one that is all of a body keeps its first line."""
+    """Leave empty lines where docstrings are that no user reads, and comments; a body that is one keeps a line of it."""
     lines = text.split("\n")
 
     def visit(node: ast.AST, public: bool) -> None:
@@ -64,6 +66,9 @@ def without_internal_docstrings(text: str, names: set[str]) -> str:
             visit(child, shown)
 
     visit(ast.parse(text), False)
+    for token in tokenize.generate_tokens(io.StringIO("\n".join(lines)).readline):
+        if token.type == tokenize.COMMENT and token.line.lstrip().startswith("#"):
+            lines[token.start[0] - 1] = ""
     return "\n".join(lines)
 
 
