@@ -1,7 +1,7 @@
 """Build hook of wheels: what users call keeps its docstrings, the rest is code only, so that wheels stay small.
 
-Half of the source is docstrings and comments. Docstrings of all names in the reference (docs/api.rst) and of their public methods stay;
-lines keep their numbers, so that tracebacks are those of the source.
+Half of the source is docstrings and comments. Docstrings of all names in the reference (docs/api.rst) and of their public
+methods stay; lines keep their numbers, so that tracebacks are those of the source.
 """
 
 import ast
@@ -45,7 +45,7 @@ def reference(text: str) -> set[str]:
 
 
 def without_internal_docstrings(text: str, names: set[str]) -> str:
-    """Leave empty lines where docstrings are that no user reads, and comments; a body that is one keeps a line of it."""
+    """Leave empty lines in the place of comments and of docstrings that no user reads, but for one that is a body."""
     lines = text.split("\n")
 
     def visit(node: ast.AST, public: bool) -> None:
