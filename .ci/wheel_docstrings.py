@@ -1,7 +1,7 @@
 """Build hook of wheels: what users call keeps its docstrings, the rest is code only, so that wheels stay small.
 
-Half of the source is docstrings and comments. Docstrings of all names in the reference (docs/api.rst) and of their public
-methods stay; lines keep their numbers, so that tracebacks are those of the source.
+Half of the source is docstrings and comments. Those of all names in the reference (docs/api.rst) and of their public
+methods stay, comments do not; lines keep their numbers, so that tracebacks are those of the source.
 """
 
 import ast
