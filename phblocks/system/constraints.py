@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import LinearOperator, onenormest, splu
 
 from phblocks.errors import ConstraintError
 from phblocks.system.parts import State
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: What is smaller than this, relative to the largest, counts as zero in a rank.
 RANK = 1e-10
+#: Groups of more states without energy than this are first tried by a sparse factorisation.
+LARGE = 60
 #: Iterations of Newton's method when a start is projected whose energy is not quadratic.
 MOST_PROJECTIONS = 50
 #: A start that violates the constraints by less than this, relative, is left as it is.
@@ -85,12 +87,14 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
     for i, group in enumerate(label):
         members[group].append(i)
     for group in members:
-        block = among[group][:, group].toarray()
+        block = among[group][:, group]
         if len(group) == 1:
-            null = np.ones((1, 1)) if block[0, 0] == 0.0 else np.empty((1, 0))
+            null = np.ones((1, 1)) if block.nnz == 0 else np.empty((1, 0))
+        elif len(group) > LARGE and _regular(block):
+            null = np.empty((len(group), 0))
         else:
             # each column of u beyond the rank combines the rows to zero
-            u, size, _ = np.linalg.svd(block)
+            u, size, _ = np.linalg.svd(block.toarray())
             null = _sorted(u[:, int((size > RANK * size[0]).sum()) :], coupled[group])
         for vector in null.T:
             left.append(Triplets.of(len(left), free[group], values=vector))
@@ -102,6 +106,16 @@ def find_constraints(system: System, state: State | None = None) -> Constraints:
     rows = sp.csr_array(sp.diags_array((length > 0.0).astype(float)) @ rows)
     unit = sp.diags_array(1.0 / np.where(length > 0.0, length, 1.0))
     return Constraints(tuple(names), sp.csr_array(unit @ rows), sp.csr_array(unit @ combine @ units), scale)
+
+
+def _regular(block: sp.csr_array) -> bool:
+    """Tell whether a sparse matrix has its full rank for sure, by an estimate of its condition."""
+    try:
+        factor = splu(sp.csc_array(block))
+    except RuntimeError:
+        return False
+    inverse = LinearOperator(block.shape, factor.solve, lambda b: factor.solve(b, trans="T"), dtype=np.float64)
+    return bool(onenormest(inverse) * abs(block).sum(axis=0).max() < 1e-3 / RANK)
 
 
 def _sorted(null: Floats, coupled: sp.csr_array) -> Floats:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
+from phblocks.system import constraints
 
 
 def test_a_spring_behind_a_gear():
@@ -40,3 +41,24 @@ def test_only_states_without_energy():
     system = d.compile()
     assert system.modes(1).frequencies.size == 0
     assert ph.simulate(system, t_end=1.0, dt=0.5).energy.dissipated[-1] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("elements", [4, 40])
+def test_long_chains_of_states_without_energy_are_found_regular_without_dense_matrices(monkeypatch, elements):
+    """Viscous stresses of a damped beam are one group as long as the beam; its rank is that of a mass matrix."""
+    dense = []
+    svd = np.linalg.svd
+    monkeypatch.setattr(np.linalg, "svd", lambda a, *args, **kw: dense.append(len(a)) or svd(a, *args, **kw))
+    section = ph.Section(axial=2.8e7, shear=1e7, bending=1.4e4, mass=1.2, rotary=6e-4)
+    names = []
+    for large in (constraints.LARGE, 10**6):
+        monkeypatch.setattr(constraints, "LARGE", large)
+        d = ph.Diagram("damped")
+        damping = ph.Damping(internal=1e-3)
+        beam = d.add(ph.Beam("beam", section, (0, 0), (10, 0), elements, degree=3, damping=damping))
+        d.weld(beam.start, d.ground)
+        d.expose(beam.end.translation, "tip")
+        dense.clear()
+        names.append(d.compile(effects="all").constraint_names)
+        assert (max(dense, default=0) > 60) == (elements == 40 and large == 10**6)
+    assert names == [(), ()]
