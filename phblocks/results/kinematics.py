@@ -165,8 +165,7 @@ def held_at(system: System, site: Site, recording: Recording) -> list[Floats]:
     """
     if not site.known or (site.inputs and not imposed_known(system, recording)):
         return []
-    moved = recording.input_integral[:, list(site.inputs)] if site.inputs else np.zeros(site.start.size)
-    return [np.broadcast_to(site.start + moved, (recording.t.size, site.start.size))]
+    return [site.held(recording.input_integral)]
 
 
 def bases(chords: Chords) -> Mapping[str, Base]:

@@ -89,8 +89,7 @@ def momentum_drift(solution: Solution, body: FreeBody) -> tuple[Floats, Floats |
     mass, d = system.point_mass[body.points], system.dimension
     rows = (body.points[:, None] * d + np.arange(d)).ravel()
     v = np.asarray((system.point_velocity[rows] @ recording.x.T).T).reshape(recording.t.size, -1, d)
-    angle = system.point_angles.at(recording.theta.T).T[:, body.points]
-    v = rotate(angle, v) if angle.any() else v  # frames of space stay, where there are points
+    v = rotate(system.point_angles.at(recording.theta.T).T[:, body.points], v)
     linear = np.einsum("m,tmd->td", mass, v)
     size = np.einsum("m,tm->t", mass, np.linalg.norm(v, axis=2))
     drift = _relative(np.linalg.norm(linear - linear[0], axis=1), size)

@@ -163,7 +163,7 @@ class Loops:
             if place != part.form.base:
                 chords[row] = part.form.chord(histories[name], part.form.base, place)[0]
             if site.known:
-                chords[row] -= site.start + (moved[list(site.inputs)] if site.inputs else 0.0)
+                chords[row] -= site.held(moved)
         return np.asarray(self._distribute @ chords)
 
     def unaccounted(self, start: State) -> float:

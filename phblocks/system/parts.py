@@ -147,6 +147,22 @@ class Site:
     known: bool
     inputs: tuple[int, ...] = ()
 
+    def held(self, moved: Floats) -> Floats:
+        """Return where the ground or an imposed motion holds it.
+
+        Parameters
+        ----------
+        moved : numpy.ndarray
+            Time integrals of all inputs, shape (..., n_inputs).
+
+        Returns
+        -------
+        numpy.ndarray
+            Shape (..., dimension), m.
+        """
+        shift = moved[..., list(self.inputs)] if self.inputs else np.zeros((*moved.shape[:-1], self.start.size))
+        return np.asarray(self.start + shift)
+
 
 @dataclass(frozen=True)
 class Guide:
