@@ -20,17 +20,15 @@ from phblocks.results.solution import Solution
 from phblocks.results.status import Statistics, Status
 from phblocks.solvers.adaptive import AdaptiveSteps, ErrorNorm
 from phblocks.solvers.equal_steps import EqualSteps
-from phblocks.solvers.method import Integrator, Resumable, Walk
+from phblocks.solvers.method import Booked, Integrator, Resumable, Walk
 from phblocks.solvers.projection import ProjectedSteps
-from phblocks.solvers.step import Step, StepFailed
+from phblocks.solvers.schedule import MANY, together
+from phblocks.solvers.step import SAFE, StepFailed, Steps
 from phblocks.system import State, System
 from phblocks.triplets import Floats
 
-#: Scaled states, roots of energies, of which the squares can be summed for sure.
-SAFE = 1e140
 
-
-def walk_of(settings: Settings, system: System, drive: Drive, start: State) -> Walk:
+def walk_of(settings: Settings, system: System, drive: Drive, start: State, chunk: int = MANY) -> Walk:
     """Prepare the way through time.
 
     Parameters
@@ -43,6 +41,8 @@ def walk_of(settings: Settings, system: System, drive: Drive, start: State) -> W
         The inputs.
     start : State
         Where it starts.
+    chunk : int, optional
+        It can be left after so many steps.
 
     Returns
     -------
@@ -55,7 +55,8 @@ def walk_of(settings: Settings, system: System, drive: Drive, start: State) -> W
 
     walk: EqualSteps | AdaptiveSteps
     if settings.adaptive is None:
-        walk = EqualSteps(lambda: method.prepare(system), drive, start, schedule, settings.max_halvings)
+        longest = together(system.n, chunk) if settings.projection is None else 1
+        walk = EqualSteps(lambda: method.prepare(system), drive, start, schedule, settings.max_halvings, longest)
     else:
         adaptive = settings.adaptive
         norm, limits = ErrorNorm(system, adaptive), (adaptive.shortest, adaptive.longest)
@@ -179,7 +180,7 @@ class Run:
         drained = recorder.drain()
         journal.begin(self.system, self.settings, drained, recorder.worst, self._totals(), self._checkpoint(mark))
 
-    def _go(self, progress: bool | None, steps: Iterator[tuple[Step, float, bool]]) -> Status:
+    def _go(self, progress: bool | None, steps: Iterator[Booked]) -> Status:
         from tqdm import tqdm
 
         bar = tqdm(
@@ -193,11 +194,11 @@ class Run:
         status, clock = Status.success(), perf_counter()
         with bar:
             try:
-                for step, at, save in steps:
-                    _require_finite(step, self.t)
-                    self.recorder.add(step, at if save else None)
-                    bar.update(at - self.t)
-                    self.t = at
+                for taken, at, saved in steps:
+                    _require_finite(taken, self.t)
+                    self.recorder.add(taken, at, saved)
+                    bar.update(at[-1] - self.t)
+                    self.t = float(at[-1])
             except NotFinite as error:
                 status = Status.input_not_finite(error.time, error.name)
             except InputFailed as error:
@@ -213,7 +214,7 @@ class Run:
         self.seconds.loop_seconds += perf_counter() - clock
         return status
 
-    def _steps(self, journal: Journal | None) -> Iterator[tuple[Step, float, bool]]:
+    def _steps(self, journal: Journal | None) -> Iterator[Booked]:
         """All steps; at the end of each chunk it is written, and the walk begins anew."""
         walk, going = self.walk, True
         if journal is None:
@@ -276,14 +277,15 @@ class Run:
         return Statistics(**self._totals(), **{name: steps[name] for name in STEPS})  # type: ignore[arg-type]
 
 
-def _require_finite(step: Step, t: float) -> None:
-    """End the run before states, or an energy, that are too large for a number."""
-    if max(step.x.max(), -step.x.min()) < SAFE:
+def _require_finite(steps: Steps, t: float) -> None:
+    """End the run before states, or an energy, that are too large for a number: those of the last step, if any."""
+    x = steps.x[-1]
+    if max(x.max(), -x.min()) < SAFE:
         return
     with np.errstate(all="ignore"):
-        energy = step.x @ step.x
+        energy = x @ x
     if not np.isfinite(energy):
-        raise StepFailed(t, step.dt, "states or their energy are too large for floating-point numbers")
+        raise StepFailed(t, float(steps.dt[-1]), "states or their energy are too large for floating-point numbers")
 
 
 class _NotWritten(Exception):

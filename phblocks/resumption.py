@@ -89,7 +89,7 @@ def resume(
         finally:
             journal.close()
     journal.forget_later()
-    walk = require_resumable(walk_of(settings, system, drive, system.start), settings)
+    walk = require_resumable(walk_of(settings, system, drive, system.start, journal.chunk), settings)
     walk.resume(checkpoint.walk)
     recorder = Recorder(system, walk.stage, walk.weights, walk.nodes, 0.0, system.start)
     recorder.remember(checkpoint.recorder)

@@ -28,7 +28,7 @@ from phblocks.solvers.discrete_gradient import DiscreteGradient
 from phblocks.solvers.method import Integrator, Method
 from phblocks.solvers.midpoint import Midpoint
 from phblocks.solvers.projection import Projection
-from phblocks.solvers.schedule import Schedule
+from phblocks.solvers.schedule import MANY, Schedule
 from phblocks.system import State, System, consistent_start
 from phblocks.system.states import require_state
 from phblocks.triplets import real_array
@@ -198,15 +198,16 @@ def simulate(
     with suppress(NotFinite, InputFailed):
         if system.is_dae:
             state, change = consistent_start(system, state, drive.at([0.0])[0])
-    walk = walk_of(settings, system, drive, state)
+    stream = save if save is None or isinstance(save, Stream) else Stream(save)
+    walk = walk_of(settings, system, drive, state, MANY if stream is None else stream.chunk)
     recorder = Recorder(system, walk.stage, walk.weights, walk.nodes, 0.0, state)
     run = Run(system, settings, walk, recorder, Seconds(perf_counter() - clock, 0.0, change))
-    if save is None:
+    if stream is None:
         solution = judged(run.carry_out(progress, None), allowed)
         warn_of_turns(system, solution.recording.theta)
         return solution
     require_resumable(walk, settings)
-    journal = Journal.create(save if isinstance(save, Stream) else Stream(save))
+    journal = Journal.create(stream)
     try:
         run.begin(journal)
     except BaseException:

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from phblocks.solvers.step import Step
+from phblocks.solvers.step import Steps
 from phblocks.triplets import Floats
 
 #: From rows of unknowns, or of positions of material points, to energies by block.
 Energies = Callable[[Floats], Floats]
 
 
-def taken_by_method(steps: Sequence[Step], stored: Energies, blocks: int) -> Floats:
+def taken_by_method(steps: Steps, stored: Energies, blocks: int) -> Floats:
     """Evaluate what the time method took away in each step.
 
     Parameters
     ----------
-    steps : sequence of Step
+    steps : Steps
         The steps.
     stored : callable
         Stored energies of unknowns of shape (m, n), shape (m, blocks), J.
@@ -30,20 +30,15 @@ def taken_by_method(steps: Sequence[Step], stored: Energies, blocks: int) -> Flo
     numpy.ndarray
         Shape (steps, blocks), J.
     """
-    found = [(i, step.damped) for i, step in enumerate(steps) if step.damped is not None]
-    taken = np.zeros((len(steps), blocks))
-    if found:
-        at, damped = (np.array(of_all) for of_all in zip(*found, strict=True))
-        taken[at] = stored(damped)
-    return taken
+    return np.zeros((len(steps), blocks)) if steps.damped is None else stored(steps.damped)
 
 
-def added_by_projection(steps: Sequence[Step], stored: Energies, potential: Energies, blocks: int) -> Floats:
+def added_by_projection(steps: Steps, stored: Energies, potential: Energies, blocks: int) -> Floats:
     """Evaluate what closing loops added at the end of each step.
 
     Parameters
     ----------
-    steps : sequence of Step
+    steps : Steps
         The steps.
     stored : callable
         Stored energies of unknowns of shape (m, n), shape (m, blocks), J.
@@ -57,9 +52,6 @@ def added_by_projection(steps: Sequence[Step], stored: Energies, potential: Ener
     numpy.ndarray
         Shape (steps, blocks), J.
     """
-    found = [(i, s.x, s.before, s.shift) for i, s in enumerate(steps) if s.before is not None and s.shift is not None]
-    added = np.zeros((len(steps), blocks))
-    if found:
-        at, after, before, shift = (np.array(of_all) for of_all in zip(*found, strict=True))
-        added[at] = stored(after) - stored(before) + potential(shift)
-    return added
+    if steps.before is None or steps.shift is None:
+        return np.zeros((len(steps), blocks))
+    return np.asarray(stored(steps.x) - stored(steps.before) + potential(steps.shift))

@@ -8,19 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from phblocks.frames import rotate
 from phblocks.results.changes import added_by_projection, taken_by_method
 from phblocks.results.middles import Middles
 from phblocks.results.monitor import Monitor, Sums
 from phblocks.solvers.method import Unknowns
-from phblocks.solvers.step import Step
+from phblocks.solvers.schedule import together
+from phblocks.solvers.step import Steps
 from phblocks.system import State, System
 from phblocks.triplets import Floats, Ints, Triplets
 
+#: At least so many steps are evaluated together.
 CHUNK = 128
 #: What the ledger knows at every saved time.
 SERIES = (
@@ -193,9 +197,10 @@ class Recorder:
     nodes: tuple[float, ...]
     t: float
     start: State
-    _steps: list[tuple[Step, float | None]] = field(default_factory=list)
+    _steps: list[tuple[Steps, Floats, NDArray[np.bool_]]] = field(default_factory=list)
     _losses: list[list[Floats]] = field(default_factory=list)
-    _saved: dict[str, list[Floats]] = field(default_factory=dict)
+    _count: int = 0
+    _saved: dict[str, list[Any]] = field(default_factory=dict)
     _handed_over: bool = False
 
     def __post_init__(self) -> None:
@@ -205,6 +210,7 @@ class Recorder:
         self._stored = self._books.stored(self._expand(self.start.x[None]))
         self._totals = self._books.zero()
         self._worst = [np.zeros(len(self.system.parts)), np.zeros(len(self.system.connections.names))]
+        self._room = max(CHUNK, together(self.system.n))
         self._error_since = 0.0
         self._integral = np.zeros(self.system.n_inputs)
         self._middles, self._open = Middles(self.system, self.nodes), True
@@ -222,32 +228,35 @@ class Recorder:
         self._saved |= {"newton_iterations": [np.zeros(0, dtype=np.int64)], "lag": [np.zeros(0)]}
         self._saved["residual"] = [np.zeros(0)]
 
-    def add(self, step: Step, save_at: float | None) -> None:
-        """Take in an accepted step.
+    def add(self, steps: Steps, at: Floats, saved: NDArray[np.bool_]) -> None:
+        """Take in accepted steps.
 
         Parameters
         ----------
-        step : Step
-            The step.
-        save_at : float or None
-            Time of its end if it is to be saved, s.
+        steps : Steps
+            The steps.
+        at : numpy.ndarray
+            Times of their ends, shape (steps,), s.
+        saved : numpy.ndarray
+            Which ends are to be saved, shape (steps,).
 
         Raises
         ------
         StructureError
-            If a matrix of the user's is not what it must be at a stage; the step is not taken in.
+            If a matrix of the user's is not what it must be at a stage; the steps are not taken in.
         """
-        losses = self._verified(step)
-        if len(self._steps) >= CHUNK:
+        losses = self._verified(steps)
+        if self._count >= self._room:
             self._flush()
-        self._steps.append((step, save_at))
+        self._steps.append((steps, at, saved))
         self._losses.append(losses)
+        self._count += len(steps)
 
-    def _verified(self, step: Step) -> list[Floats]:
+    def _verified(self, steps: Steps) -> list[Floats]:
         """R(x) of each modulation at the stages, shape (stages, a, a), after a look at J(x) and R(x)."""
         if not self.system.modulations:
             return []
-        z = self.stage.unpack(step.z)
+        z = self.stage.unpack(steps.z.reshape(-1, steps.x.shape[1]))
         return [m.verified(z[:, m.by])[1] for m in self.system.modulations]
 
     def save_last(self, t: float) -> None:
@@ -258,8 +267,10 @@ class Recorder:
         t : float
             Time of its end, s.
         """
-        if self._steps and self._steps[-1][1] is None:
-            self._steps[-1] = (self._steps[-1][0], t)
+        if self._steps:
+            _, at, saved = self._steps[-1]
+            if not saved[-1]:
+                at[-1], saved[-1] = t, True
 
     def finish(self) -> tuple[Recording, dict[str, Floats]]:
         """Evaluate what is left.
@@ -348,18 +359,15 @@ class Recorder:
     def _flush(self) -> None:
         if not self._steps:
             return
-        steps = [s for s, _ in self._steps]
-        dt = np.array([s.dt for s in steps])
+        parts, times, wanted = zip(*self._steps, strict=True)
+        steps, at, kept = Steps.join(parts), np.concatenate(times), np.concatenate(wanted)
+        dt = steps.dt
         weight = (dt[:, None] * np.array(self.weights)).ravel()
-        z = self.stage.unpack(np.concatenate([s.z for s in steps]))
-        theta_z = np.concatenate([s.theta_z for s in steps])
-        u = np.concatenate([s.u for s in steps])
-        x = self.stage.unpack(np.array([s.x for s in steps]))
+        z, theta_z, u = (a.reshape(weight.size, a.shape[2]) for a in (steps.z, steps.theta_z, steps.u))
+        z, x = self.stage.unpack(z), self.stage.unpack(steps.x)
         self._complete(dt, z.reshape(len(steps), -1, x.shape[1]), x)
         losses = [np.concatenate(of_one) for of_one in zip(*self._losses, strict=True)]
-        frozen = z
-        if any(s.frozen is not None for s in steps):
-            frozen = self.stage.unpack(np.concatenate([s.z if s.frozen is None else s.frozen for s in steps]))
+        frozen = z if steps.frozen is None else self.stage.unpack(steps.frozen.reshape(z.shape))
         per_step = len(self.weights)
 
         def by_step(values: Floats) -> Floats:
@@ -368,12 +376,9 @@ class Recorder:
             return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
 
         moved = by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape)
-        for i, step in enumerate(steps):
-            if step.shift is not None:
-                moved[i] += step.shift
-        points = self._points + np.cumsum(moved, axis=0)
-        if steps[-1].points is not None:  # the method integrates them itself
-            points = np.array([s.points for s in steps])
+        if steps.shift is not None:
+            moved += steps.shift
+        points = self._points + np.cumsum(moved, axis=0) if steps.points is None else steps.points
         integral = self._integral + np.cumsum(by_step(u), axis=0)
         rates = self._books.rates(theta_z, z, frozen, u, losses)
         flows = {key: by_step(rate) for key, rate in rates.items()}
@@ -397,31 +402,30 @@ class Recorder:
         totals = {key: self._totals[key] + np.cumsum(flow, axis=0) for key, flow in flows.items()}
         self._monitor.add(dt, residual, stored, totals, x, z)
 
-        saved = np.array([i for i, (_, at) in enumerate(self._steps) if at is not None], dtype=np.int64)
-        errors = []
-        begin = 0
-        for i in saved:
-            errors.append(max(self._error_since, float(error[begin : i + 1].max())))
-            self._error_since, begin = 0.0, int(i) + 1
-        self._error_since = max(self._error_since, float(error[begin:].max(initial=0.0)))
+        saved = np.flatnonzero(kept)
+        error[0] = max(self._error_since, error[0])
+        after = int(saved[-1]) + 1 if saved.size else 0
+        # the largest up to each saved time since the one before
+        errors = np.maximum.reduceat(error[:after], np.append(0, saved[:-1] + 1)) if saved.size else np.zeros(0)
+        self._error_since = float(error[after:].max(initial=0.0))
         self._keep(
-            np.array([at for _, at in self._steps if at is not None]),
+            at[saved],
             x[saved],
-            np.array([s.theta for s in steps])[saved],
+            steps.theta[saved],
             points[saved],
             integral[saved],
             stored[saved],
             {k: v[saved] for k, v in totals.items()},
-            np.array(errors),
+            errors,
         )
-        self._saved["newton_iterations"].append(np.array([s.iterations for s in steps], dtype=np.int64))
-        self._saved["lag"].append(np.array([s.lag for s in steps]))
-        self._saved["residual"].append(np.array([s.residual for s in steps]))
-        self._open = self._steps[-1][1] is not None
+        for key, told in zip(STEPS, (steps.iterations, steps.lag, steps.residual), strict=True):
+            self._saved[key].append(told)
+        self._open = bool(kept[-1])
         self._stored, self._points, self._integral = stored[-1:], points[-1], integral[-1]
         self._totals = {key: total[-1] for key, total in totals.items()}
         self._steps.clear()
         self._losses.clear()
+        self._count = 0
 
     def _energies(self, unknowns: Floats) -> Floats:
         """Stored energy by block, shape (m, blocks)."""

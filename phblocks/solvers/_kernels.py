@@ -217,13 +217,20 @@ def find_matrices(z: Array, equation: Array, method: Array, work: Array, room: A
 
 @compiled
 def factorise_real(tau: float, jacobian: Array, direct: Array, turned: Array, factor: Array) -> bool:
-    """Factorise ``mass / tau - direct - tau turned`` with partial pivots; its columns are rows of ``band``."""
+    """Factorise ``mass / tau - direct - tau turned``."""
     _, _, rest, mass, spot = jacobian
-    band, pivots, width = factor[0], factor[2], factor[3]
-    flat, column = band.ravel(), np.empty(width + 1)
+    flat = factor[0].ravel()
     flat[:] = 0.0
     for p in range(mass.size):
         flat[spot[p]] = mass[p] / tau - rest[p] - direct[p, 0] - tau * turned[p, 0]
+    return eliminate_real(factor)
+
+
+@compiled
+def eliminate_real(factor: Array) -> bool:
+    """Factorise what is in the band with partial pivots; its columns are rows of ``band``."""
+    band, pivots, width = factor[0], factor[2], factor[3]
+    flat, column = band.ravel(), np.empty(width + 1)
     (n, height), reach = band.shape, 0
     for j in range(n):
         at = j * height + 2 * width  # the diagonal; in the next column, the same row is one place nearer
@@ -261,15 +268,22 @@ def factorise_real(tau: float, jacobian: Array, direct: Array, turned: Array, fa
 def factorise_complex(tau: complex, jacobian: Array, direct: Array, turned: Array, factor: Array) -> bool:
     """The same of a complex matrix, real and imaginary parts apart."""
     _, _, rest, mass, spot = jacobian
-    band_re, band_im, pivots, width = factor
-    re, im = band_re.ravel(), band_im.ravel()
-    column_re, column_im = np.empty(width + 1), np.empty(width + 1)
+    re, im = factor[0].ravel(), factor[1].ravel()
     re[:] = 0.0
     im[:] = 0.0
     rate = 1.0 / tau
     for p in range(mass.size):
         re[spot[p]] = mass[p] * rate.real - rest[p] - direct[p, 0] - tau.real * turned[p, 0]
         im[spot[p]] = mass[p] * rate.imag - tau.imag * turned[p, 0]
+    return eliminate_complex(factor)
+
+
+@compiled
+def eliminate_complex(factor: Array) -> bool:
+    """Factorise what is in both bands."""
+    band_re, band_im, pivots, width = factor
+    re, im = band_re.ravel(), band_im.ravel()
+    column_re, column_im = np.empty(width + 1), np.empty(width + 1)
     (n, height), reach = band_re.shape, 0
     for j in range(n):
         at = j * height + 2 * width
@@ -542,3 +556,154 @@ def finish(
                 at += dt * A[s, r] * (spin[t, r] + driven[t, r])
             stages_theta[s, t] = at
         theta_end[t] = total
+
+
+@compiled
+def drive(u: Array, dt: float, inputs: Array, A: Array, given: Array, data: Array, free: Array, driven: Array) -> None:
+    """Take in the inputs at the stages of a step."""
+    kappa, by_kappa, force, rates = inputs
+    stages, turning = u.shape[0], free.shape[0]
+    for k in range(u.shape[1]):
+        for s in range(stages):
+            given[k, s] = u[s, k]
+    multiply(by_kappa, 0, kappa.size, given, data[1])
+    for q in range(kappa.size):
+        for s in range(stages):
+            data[1][q, s] += kappa[q]
+    multiply(force, 0, data[3].shape[0], given, data[3])
+    multiply(rates, 0, turning, given, free)
+    for t in range(turning):
+        for s in range(stages):
+            total = 0.0
+            for r in range(stages):
+                total += free[t, r] * (dt * A[s, r])
+            driven[t, s] = total
+
+
+@compiled
+def march(
+    x: Array,
+    theta: Array,
+    dt: float,
+    u: Array,
+    guess: Array,
+    before: Array,
+    limits: Array,
+    kept: bool,
+    predict: bool,
+    equation: Array,
+    method: Array,
+    turn: Array,
+    inputs: Array,
+    data: Array,
+    buffers: Array,
+    work: Array,
+    room: Array,
+    factors: Array,
+    kinds: Array,
+    options: Array,
+    algebraic: Array,
+    out: Array,
+) -> tuple[int, int]:
+    """Take steps of one length; return how many there were, and how the last iteration ended.
+
+    The first one is tried from all guesses, shape (guesses, n, lanes), the last of which is the start of the step; the
+    others from the extrapolation of the two before, where ``predict`` says so. ``before`` is the stage of the step
+    before the first, and ``limits`` are its length (0 if there is none), the furthest extrapolation, and how large a
+    state may be to go on.
+    """
+    known, free, driven, spin, given, z, start = buffers
+    ends, thetas, stages_z, stages_theta, iterations, left = out
+    dt_before, farthest, most = limits
+    n, stages, how = x.size, u.shape[1], CONVERGED
+    for k in range(u.shape[0]):
+        here, turned = (ends[k - 1], thetas[k - 1]) if k else (x, theta)
+        if u.shape[2]:
+            drive(u[k], dt, inputs, method[0], given, data, free, driven)
+        begin(here, turned, driven, equation, turn, known, data)
+        least = np.sqrt(float(stages)) * measure(here.reshape((n, 1)), dt, kinds[1])
+        if k and not least < most:
+            return k, CONVERGED
+        ratio = 1.0 if k > 1 else 2.0 * dt / (dt + dt_before)
+        foreseen = predict and (k > 1 or (k == 1 and dt_before > 0.0 and ratio <= farthest))
+        tries = guess.shape[0] if k == 0 else 2 if foreseen else 1
+        for attempt in range(tries):
+            for i in range(n):
+                for s in range(stages):
+                    start[i, s] = guess[attempt, i, s] if k == 0 else here[i]
+            if foreseen and attempt == 0:
+                for i in range(n):
+                    earlier = stages_z[k - 2, 0, i] if k > 1 else before[i]
+                    start[i, 0] = (1.0 + ratio) * stages_z[k - 1, 0, i] - ratio * earlier
+            how, count, rest = solve(
+                z, start, least, kept, dt, equation, method, data, work, room, factors, kinds, options
+            )
+            kept = how == CONVERGED
+            iterations[k] += count
+            left[k] = rest
+            if kept:
+                break
+        if not kept:
+            return k, how
+        step = (ends[k], thetas[k], stages_z[k], stages_theta[k], spin)
+        finish(here, turned, z, dt, free, method, turn, algebraic, step)
+    return u.shape[0], CONVERGED
+
+
+@compiled
+def march_linear(
+    x: Array, z: Array, ends: Array, free: Array, modes: Array, real: Array, paired: Array, room: Array, end: Array,
+    most: float,
+) -> int:  # fmt: skip
+    """Take steps of a linear system; ``z`` are loads at the stages, replaced by the unknowns there.
+
+    Returns how many steps there were: up to the first after which the square of the unknowns is above ``most``.
+    """
+    data, columns, starts = free
+    _, left, right, _, left_c, right_c = modes
+    weights, extrapolation, algebraic = end
+    force, b, re, im = room
+    n, stages = x.size, z.shape[1]
+    some_real, some_paired = real[0].size > 0, paired[0].size > 0
+    for k in range(z.shape[0]):
+        here = ends[k - 1] if k else x
+        for i in range(n):
+            total = 0.0
+            for p in range(starts[i], starts[i + 1]):
+                total += data[p] * here[columns[p]]
+            force[i] = total
+        if some_real:
+            for i in range(n):
+                total = 0.0
+                for s in range(stages):
+                    total += left[s] * (force[i] + z[k, s, i])
+                b[i] = total
+            substitute_real(real, b)
+        if some_paired:
+            for i in range(n):
+                value = 0.0j
+                for s in range(stages):
+                    value += left_c[s] * (force[i] + z[k, s, i])
+                re[i], im[i] = value.real, value.imag
+            substitute_complex(paired, re, im)
+        squares = 0.0
+        for i in range(n):
+            total = here[i]
+            for s in range(stages):
+                change = 0.0
+                if some_real:
+                    change += right[s] * b[i]
+                if some_paired:
+                    change += right_c[s].real * re[i] - right_c[s].imag * im[i]
+                z[k, s, i] = here[i] + change
+                total += weights[s] * change
+            ends[k, i] = total
+            squares += total * total
+        for i in algebraic:
+            total = 0.0
+            for s in range(stages):
+                total += extrapolation[s] * z[k, s, i]
+            ends[k, i] = total
+        if not squares < most:
+            return k + 1
+    return int(z.shape[0])

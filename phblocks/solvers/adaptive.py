@@ -10,9 +10,9 @@ import numpy as np
 
 from phblocks.errors import ArgumentTypeError, DataError, UnknownNameError
 from phblocks.inputs import Drive
-from phblocks.solvers.method import Stepper
+from phblocks.solvers.method import Booked, Stepper
 from phblocks.solvers.schedule import Schedule
-from phblocks.solvers.step import Step, StepFailed, failure
+from phblocks.solvers.step import Step, StepFailed, Steps, failure
 from phblocks.system import State, System
 from phblocks.triplets import Floats
 
@@ -193,7 +193,7 @@ class AdaptiveSteps:
         self._whole = True  # not between the halves of a step
         self._schedule, self._norm, self._order, self._limits = schedule, norm, order, limits
 
-    def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
+    def __iter__(self) -> Iterator[Booked]:
         """Go; see :class:`~phblocks.solvers.method.Walk`."""
         schedule = self._schedule
         for target in schedule.times or (schedule.t_end,):
@@ -214,9 +214,10 @@ class AdaptiveSteps:
                 self._h = min(max(proposed, h) if length < h else proposed, self._limits[1])
                 self._last_error = max(error, 1e-4)
                 self.steps, self._whole = self.steps + 1, False
-                yield pair[0], t + 0.5 * length, False
+                yield Steps.of(pair[0]), np.array([t + 0.5 * length]), np.array([False])
                 self.steps, self._whole = self.steps + 1, True
-                yield pair[1], self._t, self._t == target or schedule.saves(self._count)
+                saved = self._t == target or schedule.saves(self._count)
+                yield Steps.of(pair[1]), np.array([self._t]), np.array([saved])
 
     def mark(self) -> dict[str, Floats] | None:
         """Return where it is; see :class:`~phblocks.solvers.method.Resumable`.

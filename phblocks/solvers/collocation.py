@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from phblocks.solvers.coefficients import Collocation
-from phblocks.solvers.linear import linear_solver
+from phblocks.solvers.linear import band_places, linear_solver
 from phblocks.solvers.stage import StageEquation
 from phblocks.system import System
 from phblocks.triplets import Floats, Ints
@@ -127,17 +127,17 @@ class CollocationEquation(StageEquation):
         Parameters
         ----------
         x : numpy.ndarray
-            Unknowns at its start, shape (n,).
+            Unknowns at its start, shape (..., n).
         z : numpy.ndarray
-            Unknowns at the stages, shape (n, stages).
+            Unknowns at the stages, shape (..., stages, n).
 
         Returns
         -------
         numpy.ndarray or None
-            Shape (n,); ``None`` for a method that keeps energies.
+            Shape (..., n); ``None`` for a method that keeps energies.
         """
         loss = self.collocation.loss
-        return None if loss is None else (z - x[:, None]) @ loss
+        return None if loss is None else loss @ (z - x[..., None, :])
 
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.
@@ -163,28 +163,41 @@ class CollocationEquation(StageEquation):
         """What does not change during a run, for compiled code; copies: SciPy sorts entries when it pleases."""
         parts, lines = self._parts, self._line_data
         first, by_angle, by_lines = self._modulation_parts
-        none = _arrays(sp.csr_array((0, self.n)))
+        none = arrays_of(sp.csr_array((0, self.n)))
         line: tuple[Any, ...] = (none, none, np.empty(0), np.empty(0, dtype=bool))
         if lines is not None:
-            line = (_arrays(lines.span), _arrays(lines.stretch), lines.free.copy(), lines.taut.copy())
+            line = (arrays_of(lines.span), arrays_of(lines.stretch), lines.free.copy(), lines.taut.copy())
         by_mean = sp.csr_array(sp.hstack([self._cubic, first, *([by_lines] if lines is not None else [])]))
-        width = max(1, int(np.abs(self.rows - self.columns).max(initial=0)))
-        spot = self.columns * (3 * width + 1) + 2 * width + self.rows - self.columns
-        jacobian = (_arrays(by_mean), _arrays(by_angle), self._rest.copy(), self.mass.copy(), spot.astype(np.int64))
+        _, spot = band_places(self.rows, self.columns)
+        jacobian = (arrays_of(by_mean), arrays_of(by_angle), self._rest.copy(), self.mass.copy(), spot)
         sizes = self._turn.shape[0], self._n_angles
         feature = self._feature.astype(np.int64)
         equation = (
-            _arrays(parts.stacked), _arrays(parts.forces), parts.pairs.astype(np.int64), feature, sizes, line, jacobian
+            *(arrays_of(matrix) for matrix in (parts.stacked, parts.forces)),
+            parts.pairs.astype(np.int64), feature, sizes, line, jacobian,
         )  # fmt: skip
         turn = (
-            _arrays(self._alpha_rows), self._alpha_reference.copy(), self.collocation.end,
-            self.collocation.extrapolation, _arrays(self._rates),
+            arrays_of(self._alpha_rows), self._alpha_reference.copy(), self.collocation.end,
+            self.collocation.extrapolation, arrays_of(self._rates),
         )  # fmt: skip
-        inputs = (self._kappa_gravity, self._kappa_input, self._inputs, self.system.input_rates)
-        return Tables(equation, turn, inputs, width)
+        by_inputs = (self._kappa_input, self._inputs, sp.csr_array(self.system.input_rates))
+        inputs = (self._kappa_gravity.copy(), *(arrays_of(matrix) for matrix in by_inputs))
+        return Tables(equation, turn, inputs)
 
 
-def _arrays(matrix: sp.csr_array) -> tuple[Floats, NDArray[np.int32], NDArray[np.int32]]:
+def arrays_of(matrix: sp.csr_array) -> tuple[Floats, NDArray[np.int32], NDArray[np.int32]]:
+    """Take a sparse matrix apart, for compiled code.
+
+    Parameters
+    ----------
+    matrix : scipy.sparse.csr_array
+        The matrix.
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        Copies of its entries, their columns and the starts of its rows.
+    """
     return matrix.data.copy(), matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)
 
 
@@ -203,14 +216,11 @@ class Tables:
         without rate, and rates of the rotation states.
     inputs : tuple
         Modulated quantities without inputs and by inputs, forces and rotation rates by inputs.
-    width : int
-        Half-bandwidth.
     """
 
     equation: tuple[Any, ...]
     turn: tuple[Any, ...]
     inputs: tuple[Any, ...]
-    width: int
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,16 @@ import numpy as np
 from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.collocation import CollocationEquation, ModeSolver
 from phblocks.solvers.compiled import CompiledStepper, compiled_stepper
+from phblocks.solvers.linear_stepper import LinearStepper
 from phblocks.solvers.newton import Newton
 from phblocks.solvers.step import Step
 from phblocks.system import System
 from phblocks.triplets import Floats
 
 
-def stepper_of(system: System, collocation: Collocation, newton: Newton) -> CollocationStepper | CompiledStepper:
+def stepper_of(
+    system: System, collocation: Collocation, newton: Newton
+) -> LinearStepper | CollocationStepper | CompiledStepper:
     """Make a stepper.
 
     Parameters
@@ -27,9 +30,11 @@ def stepper_of(system: System, collocation: Collocation, newton: Newton) -> Coll
 
     Returns
     -------
-    CollocationStepper or CompiledStepper
-        Ready for steps; the second where numba is installed.
+    LinearStepper, CollocationStepper or CompiledStepper
+        Ready for steps; the last where numba is installed.
     """
+    if system.linear:
+        return LinearStepper(system, collocation)
     fast = compiled_stepper(system, collocation, newton)
     return CollocationStepper(system, collocation, newton) if fast is None else fast
 
@@ -84,13 +89,9 @@ class CollocationStepper:
             ``None`` if Newton's method did not converge.
         """
         stage, stages = self.stage, len(self.weights)
-        kept = self._factored_for == dt
-        if stage.constant:
-            z, iterations = self._solve_linear(x, dt, u, kept)
-        else:
-            stage.begin_step(x, theta, dt, u)
-            guess, size = np.repeat(x[:, None], stages, axis=1), np.sqrt(stages) * stage.measure(x)
-            z, iterations = self._newton.solve(stage, self.solver, guess, size, kept)
+        stage.begin_step(x, theta, dt, u)
+        guess, size = np.repeat(x[:, None], stages, axis=1), np.sqrt(stages) * stage.measure(x)
+        z, iterations = self._newton.solve(stage, self.solver, guess, size, self._factored_for == dt)
         self._factored_for = None if z is None else dt
         if z is None:
             return None
@@ -99,13 +100,6 @@ class CollocationStepper:
         rates = np.stack([stage.spin(z[:, i], u[i]) for i in range(stages)])
         turned = theta + dt * (self._collocation.A @ rates)
         theta_end, at_stages = theta + dt * (self._collocation.b @ rates), np.ascontiguousarray(z.T)
-        return Step(end, theta_end, at_stages, turned, u, dt, iterations, damped=stage.lost(x, z), residual=stage.left)
-
-    def _solve_linear(self, x: Floats, dt: float, u: Floats, kept: bool) -> tuple[Floats | None, int]:
-        """One back-substitution with factors that are kept as long as the step stays the same."""
-        if not kept:
-            matrices = np.stack([self.stage.matrix(1.0 / (dt * value)) for value in self.stage.modes.values])
-            if not self.solver.factorise(matrices):
-                return None, 0
-        z = x[:, None] + self.solver.solve(self.stage.force(x, u.T))
-        return (z, 0) if np.isfinite(z).all() else (None, 0)
+        return Step(
+            end, theta_end, at_stages, turned, u, dt, iterations, damped=stage.lost(x, at_stages), residual=stage.left
+        )

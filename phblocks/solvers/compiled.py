@@ -14,15 +14,26 @@ from numpy.typing import NDArray
 
 from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.collocation import CollocationEquation
-from phblocks.solvers.linear import WIDEST_BAND
+from phblocks.solvers.linear import WIDEST_BAND, band_places
 from phblocks.solvers.newton import FAR, FLOOR, ModifiedNewton, Newton
-from phblocks.solvers.past import Past
-from phblocks.solvers.step import Step
+from phblocks.solvers.past import FARTHEST, KEPT, Past
+from phblocks.solvers.step import SAFE, Step, Steps
 from phblocks.system import System
 from phblocks.triplets import Floats
 
 #: Entries, columns and starts of rows of a sparse matrix.
 Arrays = tuple[Floats, NDArray[np.int32], NDArray[np.int32]]
+
+
+def installed() -> bool:
+    """Say whether numba is.
+
+    Returns
+    -------
+    bool
+        Whether there can be compiled code.
+    """
+    return find_spec("numba") is not None
 
 
 def compiled_stepper(
@@ -44,14 +55,15 @@ def compiled_stepper(
     Returns
     -------
     CompiledStepper or None
-        ``None`` if numba is not installed, the iteration is not ``ModifiedNewton``, the system is linear, has matrices
-        or energies that are functions of the user's, or a band that is too wide.
+        ``None`` if numba is not installed, the iteration is not ``ModifiedNewton``, or the system has matrices or
+        energies that are functions of the user's, or a band that is too wide.
     """
-    plain = not (system.linear or system.storages or system.modulations)
-    if not plain or type(newton) is not ModifiedNewton or find_spec("numba") is None:
+    plain = not (system.storages or system.modulations)
+    if not plain or type(newton) is not ModifiedNewton or not installed():
         return None
     equation = CollocationEquation.of(system, collocation)
-    return CompiledStepper(equation, newton, predict) if equation.tables.width <= WIDEST_BAND else None
+    narrow = band_places(equation.rows, equation.columns)[0] <= WIDEST_BAND
+    return CompiledStepper(equation, newton, predict) if narrow else None
 
 
 class CompiledStepper:
@@ -77,15 +89,15 @@ class CompiledStepper:
     def __init__(self, equation: CollocationEquation, newton: ModifiedNewton, predict: bool = False) -> None:
         from phblocks.solvers import _kernels as kernels
 
-        self._kernels, self.stage = kernels, equation
+        self._kernels: Any = kernels
+        self.stage = equation
         collocation, n = equation.collocation, equation.n
         self.nodes, self.weights = (tuple(map(float, v)) for v in (collocation.c, collocation.b))
         stages = len(self.nodes)
         lanes = {1: 1, 2: 2, 3: 4}[stages]
         tables = equation.tables
-        self._equation, self._turn, self._inputs = tables.equation, tables.turn, tables.inputs
         A, inverse = np.ascontiguousarray(collocation.A), np.ascontiguousarray(collocation.inverse)
-        self._method = (A, inverse, collocation.b, _modes(equation))
+        method = (A, inverse, collocation.b, modes_of(equation))
         angles, pairs = tables.turn[1].size, tables.equation[3].size
         products, features = tables.equation[2].shape[1], equation.system.n_features
         turning, size = equation.system.input_rates.shape[0], equation.mass.size
@@ -101,26 +113,17 @@ class CompiledStepper:
             np.zeros((3, features)),
             *room(means, pairs, size, size, width=1),
         )
-        self._known, self._driven, self._spin = room(turning, turning, turning)
-        self._free = np.zeros((turning, lanes))
-        self._momentum, self._force = np.zeros((n, 1)), np.zeros((n, lanes))
-        self._alpha, self._kappa = np.zeros((angles, lanes)), np.zeros((pairs, lanes))
-        self._kappa[:, :stages] = tables.inputs[0][:, None]
-        values = equation.modes.values
-        width, height = tables.width, 3 * tables.width + 1
-        bands = [np.zeros((n if some else 0, height)) for some in ((values.imag == 0.0).any(), values.imag.any())]
-        pivots = np.zeros((2, n), dtype=np.int64)
-        self._factors = (
-            (bands[0], bands[0][:0], pivots[0], width),
-            (bands[1], bands[1].copy(), pivots[1], width),
-            (np.zeros(n), np.zeros(n), np.zeros(n)),
-            np.zeros((n, stages)),
-        )
+        alpha, kappa, force = room(angles, pairs, n)
+        kappa[:, :stages] = tables.inputs[0][:, None]
+        data = (alpha, kappa, np.zeros((n, 1)), force)
+        buffers = (*room(turning, turning, turning, turning, equation.system.n_inputs, n), np.zeros((n, stages)))
+        self._constants = (tables.equation, method, tables.turn, tables.inputs, data, buffers)
+        factors = BandFactors(equation)
+        self._factors = (*factors.arrays, (np.zeros(n), np.zeros(n), np.zeros(n)), np.zeros((n, stages)))
         self._kinds = np.zeros((2, n), dtype=bool)
         self._kinds[0, equation.carrying] = self._kinds[1, equation.impulsive] = True
         self._options = (newton.tolerance, newton.slow, FAR, FLOOR, float(newton.max_iterations))
-        self._x, self._theta, self._z = np.zeros(n), np.zeros(turning), np.zeros((n, lanes))
-        self._past, self._factored_for = Past() if predict else None, 0.0
+        self._predict, self._past, self._factored_for = predict, Past(), 0.0
 
     def step(self, x: Floats, theta: Floats, dt: float, u: Floats, guess: Floats | None = None) -> Step | None:
         """Take one step.
@@ -143,53 +146,105 @@ class CompiledStepper:
         Step or None
             ``None`` if Newton's method did not converge.
         """
-        kernels, stages, n = self._kernels, len(self.weights), x.size
-        self._x[:], self._theta[:] = x, theta  # what numba compiles for depends on flags of arrays
-        if u.shape[1]:
-            self._drive(u, dt)
-        data = (self._alpha, self._kappa, self._momentum, self._force)
-        kernels.begin(self._x, self._theta, self._driven, self._equation, self._turn, self._known, data)
-        guesses = [np.repeat(x[:, None], stages, axis=1) if guess is None else np.ascontiguousarray(guess.T)]
-        if self._past is not None and guess is None:
-            predicted = self._past.middle(x, dt)
-            guesses = guesses if predicted is None else [predicted[:, None], *guesses]
-        size = float(np.sqrt(stages)) * kernels.measure(self._x[:, None], dt, self._kinds[1])
-        count, how, left = 0, -1, np.inf
-        for start in guesses:
-            how, iterations, left = kernels.solve(
-                self._z, start, size, self._factored_for == dt, dt, self._equation, self._method, data, self._work,
-                self._room, self._factors, self._kinds, self._options,
-            )  # fmt: skip
-            count += iterations
-            self._factored_for = dt if how == kernels.CONVERGED else 0.0
-            if how == kernels.CONVERGED:
-                break
-        if how != kernels.CONVERGED:
-            self.stage.missed = self._work[-1][:, :stages].copy()
-            return None
-        end, theta_end = np.empty(n), np.empty(theta.size)
-        z, theta_z = np.empty((stages, n)), np.empty((stages, theta.size))
-        out = (end, theta_end, z, theta_z, self._spin)
-        kernels.finish(
-            self._x, self._theta, self._z, dt, self._free, self._method, self._turn, self.stage.algebraic, out
+        steps = self._march(x, theta, dt, u[None], guess)
+        return None if steps is None else steps.last
+
+    def march(self, x: Floats, theta: Floats, dt: float, u: Floats) -> Steps | None:
+        """Take several steps; see :class:`~phblocks.solvers.method.Marching`.
+
+        Parameters
+        ----------
+        x : numpy.ndarray
+            Unknowns at the start of the first, shape (n,), scaled and reordered.
+        theta : numpy.ndarray
+            Rotation states there, shape (n_theta,), rad.
+        dt : float
+            Their length, s.
+        u : numpy.ndarray
+            Inputs at the nodes of each, shape (steps, stages, n_inputs).
+
+        Returns
+        -------
+        Steps or None
+            Those before the first for which Newton's method does not converge, or that starts from a state too large
+            to be sure of.
+        """
+        return self._march(x, theta, dt, u, None)
+
+    def _march(self, x: Floats, theta: Floats, dt: float, u: Floats, guess: Floats | None) -> Steps | None:
+        (count, stages, _), n, turning = u.shape, x.size, theta.size
+        guesses = [np.repeat(x[:, None], stages, axis=1) if guess is None else guess.T]
+        before, limits = x, (0.0, FARTHEST, SAFE)
+        if self._predict and guess is None:
+            if (predicted := self._past.middle(x, dt)) is not None:
+                guesses = [predicted[:, None], *guesses]
+            if known := self._past.before(x):
+                before, limits = known[-1].z[-1], (known[-1].dt, FARTHEST, SAFE)
+        out: tuple[Any, ...] = (
+            np.empty((count, n)),
+            np.empty((count, turning)),
+            np.empty((count, stages, n)),
+            np.empty((count, stages, turning)),
+            np.zeros(count, dtype=np.int64),
+            np.zeros(count),
         )
-        step = Step(end, theta_end, z, theta_z, u, dt, count, damped=self.stage.lost(x, z.T), residual=left)
-        if self._past is not None:
-            self._past.add(step)
-        return step
+        taken, how = self._kernels.march(
+            # what numba compiles for depends on flags of arrays
+            *(np.array(array) for array in (x, theta)), dt, np.array(u), np.array(guesses), np.array(before), limits,
+            self._factored_for == dt, self._predict, *self._constants, self._work, self._room,
+            self._factors, self._kinds, self._options, self.stage.algebraic, out,
+        )  # fmt: skip
+        self._factored_for = dt if how == self._kernels.CONVERGED else 0.0
+        if how != self._kernels.CONVERGED:
+            self.stage.missed = self._work[-1][:, :stages].copy()
+        if not taken:
+            return None
+        ends, thetas, z, theta_z, iterations, left = (array[:taken] for array in out)
+        damped = self.stage.lost(np.concatenate([x[None], ends[:-1]]), z)
+        lengths = np.full(taken, dt)
+        steps = Steps(ends, thetas, z, theta_z, u[:taken], lengths, iterations, left, np.zeros(taken), damped=damped)
+        if self._predict:
+            for i in range(max(0, taken - KEPT), taken - 1):
+                self._past.add(steps.row(i))
+            self._past.add(steps.last)
+        return steps
 
-    def _drive(self, u: Floats, dt: float) -> None:
-        """Take in the inputs."""
-        kappa, by_kappa, force, rates = self._inputs
-        stages = u.shape[0]
-        self._kappa[:, :stages] = kappa[:, None] + by_kappa @ u.T
-        self._force[:, :stages] = force @ u.T
-        self._free[:, :stages] = rates @ u.T
-        self._driven[:, :stages] = self._free[:, :stages] @ (dt * self._method[0].T)
+
+class BandFactors:
+    """Room for the factors of the modes of a method, in bands.
+
+    Parameters
+    ----------
+    equation : CollocationEquation
+        Of the stages.
+
+    Attributes
+    ----------
+    arrays : tuple
+        Of the real mode and of the complex pair: both parts of the band, pivots, half-bandwidth; empty without one.
+    """
+
+    def __init__(self, equation: CollocationEquation) -> None:
+        width, _ = band_places(equation.rows, equation.columns)
+        values, pivots = equation.modes.values, np.zeros((2, equation.n), dtype=np.int64)
+        some = ((values.imag == 0.0).any(), values.imag.any())
+        real, paired = (np.zeros((equation.n if any_ else 0, 3 * width + 1)) for any_ in some)
+        self.arrays = (real, real[:0], pivots[0], width), (paired, paired.copy(), pivots[1], width)
 
 
-def _modes(equation: CollocationEquation) -> tuple[Any, ...]:
-    """Eigenvalue, weights into the mode and out of it, of the real mode and of the complex one."""
+def modes_of(equation: CollocationEquation) -> tuple[Any, ...]:
+    """Take the modes of a method apart, for compiled code.
+
+    Parameters
+    ----------
+    equation : CollocationEquation
+        Of the stages.
+
+    Returns
+    -------
+    tuple
+        Eigenvalue, weights into the mode and out of it, of the real mode and of the complex one.
+    """
     none: tuple[Any, ...] = (0.0, np.zeros(equation.collocation.b.size), np.zeros(equation.collocation.b.size))
     real, paired = none, (0j, none[1] * 0j, none[2] * 0j)
     modes = equation.modes

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from phblocks.solvers.coefficients import Collocation
+from phblocks.solvers.linear_stepper import LinearStepper
 from phblocks.solvers.midpoint import MidpointStepper
 from phblocks.solvers.newton import Newton
 from phblocks.solvers.options import require_newton
@@ -50,7 +52,7 @@ class DiscreteGradient:
     #: Order of convergence on smooth solutions.
     order = 2
 
-    def prepare(self, system: System) -> MidpointStepper:
+    def prepare(self, system: System) -> LinearStepper | MidpointStepper:
         """Do once what does not change during a run.
 
         Parameters
@@ -60,7 +62,9 @@ class DiscreteGradient:
 
         Returns
         -------
-        MidpointStepper
+        LinearStepper or MidpointStepper
             Ready for steps.
         """
+        if system.linear:
+            return LinearStepper(system, Collocation.gauss(1))
         return MidpointStepper(system, self.newton, discrete=True)

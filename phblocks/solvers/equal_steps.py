@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
-from phblocks.inputs import Drive
-from phblocks.solvers.method import Stepper
-from phblocks.solvers.schedule import Schedule
-from phblocks.solvers.step import Step, StepFailed, failure
+from phblocks.inputs import Drive, InputFailed, NotFinite
+from phblocks.solvers.method import Booked, Marching, Stepper
+from phblocks.solvers.schedule import MANY, Schedule, Stretch
+from phblocks.solvers.step import StepFailed, Steps, failure
 from phblocks.system import State
 from phblocks.triplets import Floats
 
 
 class EqualSteps:
-    """Goes through a schedule in its steps; one that fails is repeated in halves.
+    """Goes through a schedule in its steps, several at a time if the stepper can; one that fails is repeated in halves.
 
     Parameters
     ----------
@@ -30,6 +29,8 @@ class EqualSteps:
         The times.
     max_halvings : int
         How often a step is halved before the run ends.
+    longest : int, optional
+        The largest number of steps at a time.
 
     Attributes
     ----------
@@ -42,20 +43,37 @@ class EqualSteps:
     rejections = 0
 
     def __init__(
-        self, prepare: Callable[[], Stepper], drive: Drive, start: State, schedule: Schedule, max_halvings: int
+        self,
+        prepare: Callable[[], Stepper],
+        drive: Drive,
+        start: State,
+        schedule: Schedule,
+        max_halvings: int,
+        longest: int = MANY,
     ) -> None:
         self._prepare, self._stepper = prepare, prepare()
         self.stage, self.weights, self.nodes = self._stepper.stage, self._stepper.weights, self._stepper.nodes
         self.steps = self.halvings = self._intervals = 0
         self._drive, self._x, self._theta = drive, self.stage.pack(start.x), start.theta
-        self._schedule, self._max_halvings = schedule, max_halvings
+        self._schedule, self._max_halvings, self._longest = schedule, max_halvings, longest
         # what the inputs gave last; none within an interval
         self._asked: tuple[list[float], Floats] | None = ([], np.zeros((0, 0)))
 
-    def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
+    def __iter__(self) -> Iterator[Booked]:
         """Go; see :class:`~phblocks.solvers.method.Walk`."""
-        for t0, length, t1, save in itertools.islice(self._schedule.intervals(), self._intervals, None):
-            yield from self._advance(t0, length, t1, save)
+        stepper, longest = self._stepper, self._longest
+        marches = isinstance(stepper, Marching) and longest > 1
+        for stretch in self._schedule.stretches(self._intervals, longest if marches else MANY):
+            done, count = 0, stretch[0].size
+            while done < count:
+                begin, length, end, saved = stretch
+                rest = begin[done:], length, end[done:], saved[done:]
+                if isinstance(stepper, Marching) and marches and (steps := self._march(stepper, rest)):
+                    done += len(steps)
+                    yield steps, end[done - len(steps) : done], saved[done - len(steps) : done]
+                else:
+                    yield from self._advance(float(begin[done]), length, float(end[done]), bool(saved[done]))
+                    done += 1
 
     def mark(self) -> dict[str, Floats] | None:
         """Return where it is; see :class:`~phblocks.solvers.method.Resumable`.
@@ -84,7 +102,27 @@ class EqualSteps:
         self._intervals, self.steps, self.halvings = map(int, mark["counts"])
         self._x, self._theta = mark["x"], mark["theta"]
 
-    def _advance(self, t0: float, length: float, t1: float, save: bool) -> Iterator[tuple[Step, float, bool]]:
+    def _march(self, stepper: Marching, stretch: Stretch) -> Steps | None:
+        """Take the steps of a stretch, as many as the inputs and the stepper allow."""
+        begin, length, _, _ = stretch
+        times = begin[:, None] + length * np.array(stepper.nodes)
+        try:
+            u = self._drive.at(times.ravel().tolist())
+        except (InputFailed, NotFinite) as error:
+            good = int(np.searchsorted(times.max(axis=1), error.time))
+            if not good:
+                raise
+            times = times[:good]
+            u = self._drive.at(times.ravel().tolist())
+        steps = stepper.march(self._x, self._theta, length, u.reshape(*times.shape, -1))
+        if steps is not None:
+            self._x, self._theta = steps.last.x, steps.last.theta
+            self.steps += len(steps)
+            self._intervals += len(steps)
+            self._asked = times[len(steps) - 1].tolist(), steps.u[-1]
+        return steps
+
+    def _advance(self, t0: float, length: float, t1: float, save: bool) -> Iterator[Booked]:
         """Go from t0 to t1 = t0 + length, in one step if possible."""
         done, parts = 0, 1  # the interval is cut into `parts`, of which `done` are behind us
         while done < parts:
@@ -104,6 +142,7 @@ class EqualSteps:
             self.steps += 1
             self._intervals += done == parts
             self._asked = (times, u) if done == parts else None
-            yield step, t1 if done == parts else t0 + done * h, save and done == parts
+            at, last = (t1, save) if done == parts else (t0 + done * h, False)
+            yield Steps.of(step), np.array([at]), np.array([last])
             while parts > 1 and done % 2 == 0 and done < parts:
                 done, parts = done // 2, parts // 2  # what is left is tried in longer steps again

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.collocation_stepper import CollocationStepper, stepper_of
 from phblocks.solvers.compiled import CompiledStepper
+from phblocks.solvers.linear_stepper import LinearStepper
 from phblocks.solvers.newton import ModifiedNewton, Newton
 from phblocks.solvers.options import require_newton, require_quadratic, require_stages
 from phblocks.system import System
@@ -61,7 +62,7 @@ class GaussLegendre:
         """Order of convergence on smooth solutions."""
         return 2 * int(self.stages)
 
-    def prepare(self, system: System) -> CollocationStepper | CompiledStepper:
+    def prepare(self, system: System) -> LinearStepper | CollocationStepper | CompiledStepper:
         """Do once what does not change during a run.
 
         Parameters
@@ -71,8 +72,8 @@ class GaussLegendre:
 
         Returns
         -------
-        CollocationStepper or CompiledStepper
-            Ready for steps; the second where numba is installed.
+        LinearStepper, CollocationStepper or CompiledStepper
+            Ready for steps; the last where numba is installed.
 
         Raises
         ------

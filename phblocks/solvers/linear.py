@@ -50,6 +50,25 @@ class LinearSolver(Protocol):
         ...
 
 
+def band_places(rows: Ints, columns: Ints) -> tuple[int, Ints]:
+    """Find the places of entries in a band as LAPACK stores it for a factor, column after column.
+
+    Parameters
+    ----------
+    rows, columns : numpy.ndarray
+        Places of the entries in the matrix.
+
+    Returns
+    -------
+    width : int
+        Half-bandwidth, at least 1.
+    places : numpy.ndarray
+        In an array of ``3 * width + 1`` numbers for each column.
+    """
+    width = max(1, int(np.abs(rows - columns).max(initial=0)))
+    return width, np.asarray(columns * (3 * width + 1) + 2 * width + rows - columns, dtype=np.int64)
+
+
 class BandedSolver:
     """LAPACK ``gbtrf`` and ``gbtrs`` on one reused array.
 
@@ -69,13 +88,12 @@ class BandedSolver:
     """
 
     def __init__(self, rows: Ints, columns: Ints, n: int, kind: type = float) -> None:
-        self.width = max(1, int(np.abs(rows - columns).max(initial=0)))
+        self.width, self._spot = band_places(rows, columns)
         height = 3 * self.width + 1
         self._flat: NDArray[Any] = np.zeros(height * n, dtype=kind)
         self._gbtrf = lapack.dgbtrf if kind is float else lapack.zgbtrf
         self._gbtrs = lapack.dgbtrs if kind is float else lapack.zgbtrs
         self._band = self._flat.reshape((height, n), order="F")
-        self._spot = columns * height + 2 * self.width + rows - columns
         self._factor = self._band
         self._pivots = np.empty(0, dtype=np.int32)
 

@@ -9,6 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from phblocks.errors import ArgumentTypeError, DataError
+from phblocks.solvers.coefficients import Collocation
+from phblocks.solvers.linear_stepper import LinearStepper
 from phblocks.solvers.midpoint import MidpointStepper
 from phblocks.solvers.newton import ModifiedNewton, Newton
 from phblocks.solvers.options import require_newton, require_quadratic
@@ -70,7 +72,7 @@ class LinearlyImplicit:
             raise DataError(where, expected="an integer >= 0", got=repr(count), fix="Use 0 or 1.")
         require_newton("LinearlyImplicit", self.newton)
 
-    def prepare(self, system: System) -> LinearlyImplicitStepper:
+    def prepare(self, system: System) -> LinearStepper | LinearlyImplicitStepper:
         """Do once what does not change during a run.
 
         Parameters
@@ -80,7 +82,7 @@ class LinearlyImplicit:
 
         Returns
         -------
-        LinearlyImplicitStepper
+        LinearStepper or LinearlyImplicitStepper
             Ready for steps.
 
         Raises
@@ -89,6 +91,8 @@ class LinearlyImplicit:
             If the energy is not quadratic.
         """
         require_quadratic("LinearlyImplicit", system)
+        if system.linear:
+            return LinearStepper(system, Collocation.gauss(1))
         return LinearlyImplicitStepper(system, self.newton, int(self.corrections))
 
 
@@ -151,7 +155,7 @@ class LinearlyImplicitStepper(MidpointStepper):
     def step(self, x: Floats, theta: Floats, dt: float, u: Floats, guess: Floats | None = None) -> Step | None:
         """Take one step; see ``MidpointStepper``. A guess takes the place of the extrapolation."""
         z = self._past.middle(x, dt, back=2) if guess is None else guess[0]
-        if z is None or self.stage.constant:
+        if z is None:
             return super().step(x, theta, dt, u)
         stage, momentum, self._factored_for = self.stage, (2.0 / dt) * self.stage.momentum(x), None
         for _ in range(self._solves):

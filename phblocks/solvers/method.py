@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from phblocks.inputs import Drive
 from phblocks.solvers.schedule import Schedule
-from phblocks.solvers.step import Step
+from phblocks.solvers.step import Step, Steps
 from phblocks.system import State, System
 from phblocks.triplets import Floats
+
+#: Accepted steps, the times at their ends, s, and which of these to save; arrays of shape (steps,).
+Booked = tuple[Steps, Floats, NDArray[np.bool_]]
 
 
 class Unknowns(Protocol):
@@ -88,6 +94,30 @@ class Stepper(Protocol):
 
 
 @runtime_checkable
+class Marching(Stepper, Protocol):
+    """Takes several steps of one length at a time, which costs less than as many calls."""
+
+    def march(self, x: Floats, theta: Floats, dt: float, u: Floats) -> Steps | None:
+        """Take steps, one after the other.
+
+        Parameters
+        ----------
+        x, theta : numpy.ndarray
+            Where the first begins, as in :meth:`Stepper.step`.
+        dt : float
+            Their length, s.
+        u : numpy.ndarray
+            Inputs at the nodes of each, shape (steps, nodes, n_inputs).
+
+        Returns
+        -------
+        Steps or None
+            As far as there are solutions; ``None`` if the first step has none.
+        """
+        ...
+
+
+@runtime_checkable
 class Method(Protocol):
     """A one-step method; the step is that of the run, or of ``Adaptive``."""
 
@@ -150,8 +180,8 @@ class Walk(Protocol):
         """Steps so far whose estimated error was too large."""
         ...
 
-    def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
-        """Go; yields accepted steps, the time at the end of each, s, and whether to save it.
+    def __iter__(self) -> Iterator[Booked]:
+        """Go; yields accepted steps, one or several at a time, with the times at their ends and which of them to save.
 
         Raises :class:`StepFailed`, :class:`~phblocks.inputs.NotFinite` or :class:`~phblocks.inputs.InputFailed` where
         it cannot go on.

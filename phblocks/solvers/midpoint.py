@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.compiled import CompiledStepper, compiled_stepper
 from phblocks.solvers.linear import LinearSolver, linear_solver
+from phblocks.solvers.linear_stepper import LinearStepper
 from phblocks.solvers.newton import ModifiedNewton, Newton
 from phblocks.solvers.options import require_flag, require_newton, require_quadratic
 from phblocks.solvers.past import Past
@@ -65,7 +64,7 @@ class Midpoint:
     #: Order of convergence on smooth solutions.
     order = 2
 
-    def prepare(self, system: System) -> MidpointStepper | CompiledStepper:
+    def prepare(self, system: System) -> LinearStepper | MidpointStepper | CompiledStepper:
         """Do once what does not change during a run.
 
         Parameters
@@ -75,14 +74,16 @@ class Midpoint:
 
         Returns
         -------
-        MidpointStepper or CompiledStepper
-            Ready for steps; the second where numba is installed.
+        LinearStepper, MidpointStepper or CompiledStepper
+            Ready for steps; the last where numba is installed.
 
         Raises
         ------
         MethodError
             If the energy is not quadratic and ``allow_energy_error`` not set.
         """
+        if system.linear:
+            return LinearStepper(system, Collocation.gauss(1))
         if not self.allow_energy_error:
             require_quadratic("Midpoint", system, ", or accept the drift with ph.Midpoint(allow_energy_error=True)")
         fast = compiled_stepper(system, Collocation.gauss(1), self.newton, self.predict)
@@ -144,12 +145,9 @@ class MidpointStepper:
             ``None`` if Newton's method did not converge.
         """
         stage = self.stage
-        if stage.constant:
-            z, iterations = self._solve_linear(x, dt, u[0])
-        else:
-            before = x if self._discrete else None
-            stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x), before)
-            z, iterations = self._solve(x, dt, guess)
+        before = x if self._discrete else None
+        stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x), before)
+        z, iterations = self._solve(x, dt, guess)
         if z is None:
             return None
         turn = dt * stage.spin(z, u[0])
@@ -171,12 +169,3 @@ class MidpointStepper:
             if z is not None:
                 break
         return z, count
-
-    def _solve_linear(self, x: Floats, dt: float, u: Floats) -> tuple[Floats | None, int]:
-        """One back-substitution with a factor that is kept as long as the step stays the same."""
-        if self._factored_for != dt:
-            self._factored_for = dt if self.solver.factorise(self.stage.matrix(2.0 / dt)) else None
-            if self._factored_for is None:
-                return None, 0
-        z = x + self.solver.solve(self.stage.force(x, u))
-        return (z, 0) if np.isfinite(z).all() else (None, 0)

@@ -10,8 +10,8 @@ import numpy as np
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.inputs import Drive
 from phblocks.solvers.loops import Loops
-from phblocks.solvers.method import Resumable, Unknowns
-from phblocks.solvers.step import Step, StepFailed
+from phblocks.solvers.method import Booked, Resumable, Unknowns
+from phblocks.solvers.step import Step, StepFailed, Steps
 from phblocks.system import State, System
 from phblocks.system.constraints import consistent_start
 from phblocks.triplets import Floats
@@ -70,7 +70,7 @@ class ProjectedSteps:
     Parameters
     ----------
     walk : Resumable
-        The other walk.
+        The other walk, which yields one step at a time.
     system : System
         The system.
     drive : Drive
@@ -132,23 +132,24 @@ class ProjectedSteps:
         """Steps so far whose estimated error was too large."""
         return self._walk.rejections
 
-    def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
+    def __iter__(self) -> Iterator[Booked]:
         """Go; see :class:`~phblocks.solvers.method.Walk`."""
         going = True
         while going:
             going = False
-            for step, at, save in self._walk:
+            for steps, at, saved in self._walk:
+                step = steps.last
                 self._moved = self._moved + step.dt * (np.array(self.weights) @ step.u)
                 self._since += 1
                 mark = self._walk.mark() if self._since >= self._every and self._loops.count else None
                 if mark is None:
-                    yield step, at, save
+                    yield steps, at, saved
                     continue
-                projected = self._project(step, at)
+                projected = self._project(step, float(at[-1]))
                 self._since, going = 0, projected is not step
                 if going:
                     self._walk.resume({**mark, "x": projected.x, "theta": projected.theta})
-                yield projected, at, save
+                yield Steps.of(projected), at, saved
                 if going:
                     break
 

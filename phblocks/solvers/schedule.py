@@ -7,6 +7,35 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from phblocks.triplets import Floats
+
+#: Steps that are taken and evaluated together: at most so many, of about so many unknowns in all.
+MANY, NUMBERS = 4096, 2**17
+#: Intervals of one length in a row: their begins, their length, their ends, and which ends are saved.
+Stretch = tuple[Floats, float, Floats, NDArray[np.bool_]]
+
+
+def together(n: int, chunk: int = MANY) -> int:
+    """Say how many steps to take at a time.
+
+    Parameters
+    ----------
+    n : int
+        Number of unknowns.
+    chunk : int, optional
+        A number of steps to end with, some stretches of about equal length later.
+
+    Returns
+    -------
+    int
+        At least one.
+    """
+    most = max(1, min(MANY, NUMBERS // max(1, n)))
+    return math.ceil(chunk / math.ceil(chunk / most))
+
 
 @dataclass(frozen=True)
 class Schedule:
@@ -45,7 +74,11 @@ class Schedule:
         bool
             Whether it is.
         """
-        return (self.times is None or self.steps_too) and count % self.save_every == 0
+        return self._counted and count % self.save_every == 0
+
+    @property
+    def _counted(self) -> bool:
+        return self.times is None or self.steps_too
 
     def targets(self) -> Iterator[tuple[float, float]]:
         """Iterate over the intervals between times that are saved.
@@ -69,25 +102,67 @@ class Schedule:
         tuple
             Begin, length and end, s, and whether the end is saved.
         """
-        if self.times is None:
-            steps = self._steps(0.0, self.t_end)
-            for k in range(steps):
-                t0, t1 = k * self.dt, self.t_end if k == steps - 1 else (k + 1) * self.dt
-                yield t0, self._length(t0, t1, self.dt), t1, self.saves(k + 1) or k == steps - 1
-            return
+        for begin, length, end, saved in self.stretches():
+            yield from zip(begin.tolist(), itertools.repeat(length), end.tolist(), saved.tolist(), strict=False)
+
+    def stretches(self, first: int = 0, longest: int = MANY) -> Iterator[Stretch]:
+        """Iterate over the same intervals in stretches of equal length.
+
+        Parameters
+        ----------
+        first : int, optional
+            Number of the interval to begin with.
+        longest : int, optional
+            The largest number of intervals in a stretch.
+
+        Yields
+        ------
+        tuple
+            Begins, the common length and ends, s, and which ends are saved; arrays of shape (intervals,).
+        """
+        held: list[Stretch] = []
         count = 0
-        for begin, end in itertools.pairwise((0.0, *self.times)):
+        for piece in self._pieces(first, longest):
+            count += piece[0].size
+            if held and (held[0][1] != piece[1] or count > longest):
+                yield _joined(held)
+                held, count = [], piece[0].size
+            held.append(piece)
+        if held:
+            yield _joined(held)
+
+    def _pieces(self, first: int, longest: int) -> Iterator[Stretch]:
+        """The same, of which none goes on over a time that is asked for."""
+        times, count = self.times or (self.t_end,), 0
+        for begin, end in itertools.pairwise((0.0, *times)):
             steps = self._steps(begin, end)
-            h = (end - begin) / steps
-            for k in range(steps):
-                t1 = end if k == steps - 1 else begin + (k + 1) * h
-                count += 1
-                yield begin + k * h, self._length(0.0, h, self.dt), t1, self.saves(count) or k == steps - 1
+            apart = self.times is not None  # each with its own length
+            h = (end - begin) / steps if apart else self.dt
+            length = self._length(h)
+            last = length if apart else self._length(end - (steps - 1) * h)
+            whole = steps if last == length else steps - 1
+            before = max(0, first - count)
+            cuts = ((low, min(low + longest, whole), length) for low in range(before, whole, longest))
+            for low, high, size in itertools.chain(cuts, [(max(whole, before), steps, last)]):
+                k = np.arange(low, high)
+                if k.size:
+                    ends = np.asarray(np.where(k == steps - 1, end, begin + (k + 1) * h), dtype=np.float64)
+                    saved: NDArray[np.bool_] = (k == steps - 1) | (
+                        self._counted & ((count + k + 1) % self.save_every == 0)
+                    )
+                    yield np.asarray(begin + k * h, dtype=np.float64), size, ends, saved
+            count += steps
 
     def _steps(self, begin: float, end: float) -> int:
         return max(1, math.ceil((end - begin) / self.dt - 1e-9))
 
-    @staticmethod
-    def _length(t0: float, t1: float, dt: float) -> float:
+    def _length(self, length: float) -> float:
         # the differences of times vary by round-off, which would cost a linear system its kept factor
-        return dt if abs(t1 - t0 - dt) <= 1e-9 * dt else t1 - t0
+        return self.dt if abs(length - self.dt) <= 1e-9 * self.dt else length
+
+
+def _joined(pieces: list[Stretch]) -> Stretch:
+    if len(pieces) == 1:
+        return pieces[0]
+    begin, _, end, saved = zip(*pieces, strict=True)
+    return np.concatenate(begin), pieces[0][1], np.concatenate(end), np.concatenate(saved)

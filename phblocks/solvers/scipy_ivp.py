@@ -14,9 +14,10 @@ from phblocks.errors import ArgumentTypeError, DataError, MethodError
 from phblocks.frames import rotate
 from phblocks.inputs import Drive
 from phblocks.solvers.coefficients import Collocation
+from phblocks.solvers.method import Booked
 from phblocks.solvers.schedule import Schedule
 from phblocks.solvers.stage import StageEquation
-from phblocks.solvers.step import Step, StepFailed
+from phblocks.solvers.step import Step, StepFailed, Steps
 from phblocks.system import State, System
 from phblocks.triplets import Floats
 
@@ -267,7 +268,7 @@ class ScipyWalk:
         self._first_step: float | None = None
         self._solver: OdeSolver | None = None
 
-    def __iter__(self) -> Iterator[tuple[Step, float, bool]]:
+    def __iter__(self) -> Iterator[Booked]:
         """Go; see :class:`~phblocks.solvers.method.Walk`. A step is booked in pieces that end at saved times."""
         from scipy import integrate  # half of what loading the library would cost
 
@@ -309,7 +310,7 @@ class ScipyWalk:
                     points=points,
                 )
                 self._t = t = end
-                yield step, t, t == target
+                yield Steps.of(step), np.array([t]), np.array([t == target])
 
     def mark(self) -> dict[str, Floats] | None:
         """Return where it is; see :class:`~phblocks.solvers.method.Resumable`. There SciPy's method starts anew.

@@ -13,6 +13,7 @@ the state are sparse matrix products over the whole system: no loop over element
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Hashable
 from functools import cached_property
 from itertools import pairwise
@@ -69,7 +70,6 @@ class StageEquation:
         self.system = system
         self.n = system.n
         self.constant = system.linear
-        self._last_load: tuple[Floats | None, Floats] = None, _NONE
         self.left, self.missed = 0.0, np.empty(0)
         self._equations = equations = Equations.of(system)
         tensor, scale, size_of = equations.T, equations.scale, equations.size
@@ -262,6 +262,28 @@ class StageEquation:
         """
         return np.asarray(self._mass_matrix @ unknowns)
 
+    def spins(self, unknowns: Floats, u: Floats) -> Floats:
+        """Evaluate the rates of the rotation states in many states.
+
+        Parameters
+        ----------
+        unknowns : numpy.ndarray
+            Shape (..., n).
+        u : numpy.ndarray
+            Inputs, shape (..., n_inputs).
+
+        Returns
+        -------
+        numpy.ndarray
+            theta', shape (..., n_theta), rad/s.
+        """
+        many, turning = math.prod(u.shape[:-1]), self._rates.shape[0]
+        spins = np.zeros((turning, many))
+        if turning:
+            spins = self._rates @ unknowns.reshape(many, self.n).T
+            spins += self.system.input_rates @ u.reshape(many, u.shape[-1]).T
+        return np.asarray(spins.T.reshape(*u.shape[:-1], turning))
+
     def spin(self, unknowns: Floats, u: Floats) -> Floats:
         """Evaluate the rates of the rotation states.
 
@@ -332,32 +354,26 @@ class StageEquation:
         theta = theta + tau * (self.system.input_rates @ u)
         self._alpha = self._alpha_reference + self._alpha_rows @ theta
 
-    def force(self, x: Floats, u: Floats) -> Floats:
-        """Evaluate what accelerates a linear system.
+    def loads(self, u: Floats) -> Floats:
+        """Evaluate weight and inputs of a linear system.
 
         Parameters
         ----------
-        x : numpy.ndarray
-            Unknowns, shape (n,).
         u : numpy.ndarray
-            Inputs, shape (n_inputs,), or (n_inputs, stages) for several of them.
+            Inputs, shape (..., n_inputs).
 
         Returns
         -------
         numpy.ndarray
-            ``E x'``, shape (n,) or (n, stages).
+            Of ``E x'``, shape (..., n).
         """
-        force = self._rest_matrix @ x
-        return np.asarray(force + self._load(u) if u.ndim == 1 else force[:, None] + self._load(u))
-
-    def _load(self, u: Floats) -> Floats:
-        """Weight and inputs of a linear system; the last are kept, since most inputs stay as they are."""
-        known, load = self._last_load
-        if known is None or not np.array_equal(known, u):
-            weight = self._weight if u.ndim == 1 else np.repeat(self._weight[:, None], u.shape[1], axis=1)
-            load = np.asarray(weight + self._by_inputs @ u)
-            self._last_load = u.copy(), load
-        return load
+        flat = u.reshape(math.prod(u.shape[:-1]), u.shape[-1])
+        loads = np.tile(self._weight, (len(flat), 1))
+        if flat.size and (flat == flat[0]).all():
+            loads += self._by_inputs @ flat[0]
+        elif flat.size:
+            loads += (self._by_inputs @ flat.T).T
+        return loads.reshape(*u.shape[:-1], self.n)
 
     def matrix(self, mass_factor: float | complex) -> Floats:
         """Evaluate the Jacobian of a linear system.
@@ -378,6 +394,11 @@ class StageEquation:
     def _by_inputs(self) -> sp.csr_array:
         """Of a linear system: forces by inputs, directly and along directions that stay."""
         return sp.csr_array(self._inputs + self._collect @ self._kappa_input)
+
+    @property
+    def free(self) -> sp.csr_array:
+        """What multiplies the unknowns of a linear system in ``E x'``."""
+        return self._rest_matrix
 
     @cached_property
     def _rest_matrix(self) -> sp.csr_array:

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
 
-from phblocks.triplets import Floats
+import numpy as np
+
+from phblocks.triplets import Floats, Ints
+
+#: Scaled states, roots of energies, of which the squares can be summed for sure.
+SAFE = 1e140
 
 
 @dataclass(frozen=True)
@@ -58,6 +66,125 @@ class Step:
     damped: Floats | None = None
     before: Floats | None = None
     shift: Floats | None = None
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Accepted steps, one after the other: those of :class:`Step`, in arrays with a row for each.
+
+    Parameters
+    ----------
+    x, theta : numpy.ndarray
+        Unknowns and rotation states at the ends, shapes (steps, n) and (steps, n_theta).
+    z, theta_z, u : numpy.ndarray
+        Unknowns, rotation states and inputs at the stages, shapes (steps, stages, n), (steps, stages, n_theta) and
+        (steps, stages, n_inputs).
+    dt : numpy.ndarray
+        Lengths, shape (steps,), s.
+    iterations, residual, lag : numpy.ndarray
+        Shape (steps,).
+    frozen : numpy.ndarray, optional
+        Shape (steps, stages, n).
+    points, shift : numpy.ndarray, optional
+        Shape (steps, n_points, dimension), m.
+    damped, before : numpy.ndarray, optional
+        Shape (steps, n).
+    """
+
+    x: Floats
+    theta: Floats
+    z: Floats
+    theta_z: Floats
+    u: Floats
+    dt: Floats
+    iterations: Ints
+    residual: Floats
+    lag: Floats
+    frozen: Floats | None = None
+    points: Floats | None = None
+    damped: Floats | None = None
+    before: Floats | None = None
+    shift: Floats | None = None
+
+    def __len__(self) -> int:
+        return int(self.dt.size)
+
+    @classmethod
+    def of(cls, step: Step) -> Steps:
+        """Make one of a single step.
+
+        Parameters
+        ----------
+        step : Step
+            The step.
+
+        Returns
+        -------
+        Steps
+            With one row.
+        """
+        rows: dict[str, Any] = {
+            name: None if (value := getattr(step, name)) is None else np.asarray(value)[None] for name in STEP_FIELDS
+        }
+        return cls(**rows)
+
+    @classmethod
+    def join(cls, parts: Sequence[Steps]) -> Steps:
+        """Put steps together, in their order.
+
+        Parameters
+        ----------
+        parts : sequence of Steps
+            At least one.
+
+        Returns
+        -------
+        Steps
+            All rows. Where only some parts have what is optional, the others have what means the same as nothing.
+        """
+        if len(parts) == 1:
+            return parts[0]
+        shift = next((part.shift[:1] for part in parts if part.shift is not None), np.zeros((1, 0)))
+        nothing: dict[str, Callable[[Steps], Floats]] = {
+            "frozen": lambda part: part.z,
+            "damped": lambda part: np.zeros_like(part.x),
+            "before": lambda part: part.x,
+            "shift": lambda part: np.zeros_like(shift).repeat(len(part), axis=0),
+        }
+        arrays: dict[str, Any] = {}
+        for name in STEP_FIELDS:
+            found = [getattr(part, name) for part in parts]
+            if any(array is not None for array in found):
+                full = [nothing[name](p) if array is None else array for p, array in zip(parts, found, strict=True)]
+                arrays[name] = np.concatenate(full)
+        return cls(**arrays)
+
+    @cached_property
+    def last(self) -> Step:
+        """The last step, always the same: what a method that looks back takes for the end of it."""
+        return self.row(len(self) - 1)
+
+    def row(self, i: int) -> Step:
+        """Return one of them.
+
+        Parameters
+        ----------
+        i : int
+            Its number, from 0.
+
+        Returns
+        -------
+        Step
+            Views.
+        """
+        rows: dict[str, Any] = {
+            name: None if (array := getattr(self, name)) is None else array[i] for name in STEP_FIELDS
+        }
+        return Step(**rows | {name: rows[name].item() for name in ("dt", "iterations", "residual", "lag")})
+
+
+#: What both consist of.
+STEP_FIELDS = tuple(field.name for field in fields(Steps))
 
 
 class StepFailed(Exception):

@@ -8,6 +8,7 @@ giving one. The two have nothing in common but the outputs of the blocks, so tha
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -65,12 +66,19 @@ class Exchange:
         if not pieces:
             return np.zeros((m, self.giving.shape[0]))
         local = np.asarray((self.outputs @ coordinates.T).T).reshape(m, pieces, -1)
-        fixed = rotate(self.frames.at(theta.T).T, local)
+        fixed, turned = local.copy(), self._turned
+        if turned.size:
+            fixed[:, turned] = rotate(self.frames.at(theta.T)[turned].T, local[:, turned])
         along = np.flatnonzero(self.line >= 0)
         if along.size:
             fixed[:, along] = local[:, along, :1] * self._units(lines, x)
         stacked = fixed.transpose(1, 0, 2).reshape(pieces, -1)
         return np.asarray(((self.giving @ stacked) * (self.taking @ stacked)).reshape(-1, m, local.shape[2]).sum(2).T)
+
+    @cached_property
+    def _turned(self) -> Ints:
+        """Pieces whose frame is not the fixed one, or turns."""
+        return np.flatnonzero((self.frames.reference != 0.0) | (np.diff(self.frames.rows.indptr) > 0))
 
     def _units(self, lines: Lines, x: Floats) -> Floats:
         """Vectors along the lines of the pieces that point along one, shape (m, such pieces, dimension)."""

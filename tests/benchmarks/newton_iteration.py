@@ -19,7 +19,8 @@ from scipy.linalg import lapack
 
 import phblocks as ph
 from phblocks.solvers.compiled import CompiledStepper
-from phblocks.solvers.linear import BandedSolver
+from phblocks.solvers.linear import BandedSolver, band_places
+from phblocks.solvers.linear_stepper import LinearStepper
 from phblocks.solvers.midpoint import MidpointStepper
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
@@ -80,36 +81,32 @@ def measure(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int,
 def measure_linear(elements: tuple[int, int, int], rounds: int = 15) -> tuple[int, int, list[float], float]:
     """Return unknowns, half-bandwidth, and the median times (s) of a linear step and of ``dgbtrs``."""
     system = build(elements=elements)[0].compile().small_motions()
-    stepper, dt, u = ph.Midpoint().prepare(system), 0.02, np.zeros((1, 0))
-    assert isinstance(stepper, MidpointStepper)
-    stage, solver = stepper.stage, stepper.solver
-    assert isinstance(solver, BandedSolver) and stage.constant
-    start, theta = stage.pack(system.start.x), system.start.theta
-    first = stepper.step(start, theta, dt, u)
-    assert first is not None
-    x = first.x
+    stepper, dt, together = ph.Midpoint().prepare(system), 0.02, 50
+    assert isinstance(stepper, LinearStepper)
+    stage, u = stepper.stage, np.zeros((together, 1, 0))
+    x, theta = stage.pack(system.start.x), system.start.theta
 
     def step() -> None:
-        stepper.step(x, theta, dt, u)
+        assert stepper.march(x, theta, dt, u) is not None
 
-    band, width = np.zeros((3 * solver.width + 1, stage.n), order="F"), solver.width
-    stage.begin(2.0 / dt, 0.5 * dt, theta, u[0], (2.0 / dt) * stage.momentum(x))
-    residual, jacobian = stage.evaluate(x)
-    band[2 * width + stage.rows - stage.columns, stage.columns] = jacobian
+    width, _ = band_places(stage.rows, stage.columns)
+    band, right = np.zeros((3 * width + 1, stage.n), order="F"), np.random.default_rng(1).standard_normal(stage.n)
+    band[2 * width + stage.rows - stage.columns, stage.columns] = stage.matrix(2.0 / dt)
     factor, pivots, info = lapack.dgbtrf(band, width, width)
     assert info == 0
 
     def dgbtrs() -> None:
-        lapack.dgbtrs(factor, width, width, residual, pivots)
+        for _ in range(together):
+            lapack.dgbtrs(factor, width, width, right, pivots)
 
-    repeats = max(5, 200_000 // stage.n)
+    repeats = max(2, 200_000 // stage.n // together)
     samples: dict[Callable[[], None], list[float]] = {step: [], dgbtrs: []}
     for _ in range(rounds):
         for function, times in samples.items():
             begin = perf_counter()
             for _ in range(repeats):
                 function()
-            times.append((perf_counter() - begin) / repeats)
+            times.append((perf_counter() - begin) / repeats / together)
     ours, theirs = (statistics.median(samples[f]) for f in (step, dgbtrs))
     return stage.n, width, [ours], theirs
 

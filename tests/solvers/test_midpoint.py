@@ -39,7 +39,8 @@ def test_a_step_is_the_midpoint_rule(system):
     rate, force = system.E @ (x1 - x0) / DT, system.force(z, theta_mid, u[0])
     size = 1.0 / np.sqrt(system.E.diagonal())
     np.testing.assert_allclose(size * rate, size * force, atol=1e-11 * abs(size * force).max())
-    assert step.dt == DT and step.u is u
+    assert step.dt == DT
+    np.testing.assert_array_equal(step.u, u)
 
 
 def test_energy_changes_by_what_is_supplied(system):
@@ -95,7 +96,7 @@ def factorisations(monkeypatch) -> list[int]:
 
 
 @pytest.mark.parametrize("dt", [0.02, 0.1, 1.0 / 3.0, 0.007])
-def test_one_factor_serves_a_whole_linear_run(scenes, factorisations, dt):
+def test_one_factor_serves_a_whole_linear_run(scenes, factorisations, without_numba, dt):
     system = scenes["free"].compile().small_motions()
     solution = ph.simulate(system, t_end=200 * dt, dt=dt, inputs={"push": lambda t: (np.sin(t), 0.0)})
     assert solution.statistics.steps == 200 and not solution.statistics.newton_iterations.any()
@@ -103,7 +104,7 @@ def test_one_factor_serves_a_whole_linear_run(scenes, factorisations, dt):
     assert solution.max_power_balance_error < 1e-12 * max(1.0, solution.energy.total.max())
 
 
-def test_a_shorter_last_step_needs_a_factor_of_its_own(scenes, factorisations):
+def test_a_shorter_last_step_needs_a_factor_of_its_own(scenes, factorisations, without_numba):
     system = scenes["free"].compile().small_motions()
     ph.simulate(system, t_end=0.25, dt=0.1)
     assert len(factorisations) == 2

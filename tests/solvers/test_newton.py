@@ -283,9 +283,9 @@ class Checked:
         self.x, self.theta = self.stage.pack(system.start.x), system.start.theta
         add = Recorder.add
 
-        def watched(recorder, step, save_at):
-            self.updates.append(self.update(step))
-            add(recorder, step, save_at)
+        def watched(recorder, steps, at, saved):
+            self.updates += [self.update(steps.row(i)) for i in range(len(steps))]
+            add(recorder, steps, at, saved)
 
         monkeypatch.setattr(Recorder, "add", watched)
 

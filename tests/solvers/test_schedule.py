@@ -1,12 +1,14 @@
 """Times of a run, and the steps between them."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 import phblocks as ph
 from phblocks.errors import ArgumentTypeError, DataError
 from phblocks.solvers.past import Past
-from phblocks.solvers.schedule import Schedule
+from phblocks.solvers.schedule import Schedule, together
 from phblocks.solvers.step import Step
 
 
@@ -37,6 +39,38 @@ def test_steps_and_saved_times(schedule, ends, saved):
 def test_equal_steps_have_the_very_same_length():
     assert {h for _, h, _, _ in Schedule(1.0, 0.01).intervals()} == {0.01}
     assert {h for _, h, _, _ in Schedule(1.0, 0.01, 1, (0.3, 0.7, 1.0)).intervals()} == {0.01}
+
+
+@pytest.mark.parametrize("longest", [1, 3, 4096])
+@pytest.mark.parametrize(
+    "schedule",
+    [
+        Schedule(1.05, 0.1, 3),
+        Schedule(1.0, 0.1, 1, (0.3, 0.35, 0.7, 1.0), True),
+        Schedule(1.0, 0.1, 4, tuple(np.linspace(0.1, 1.0, 10).tolist())),
+    ],
+)
+def test_stretches_are_the_same_intervals(schedule, longest):
+    """Of one length each, as long as allowed; from the middle as from the start."""
+    whole = list(schedule.intervals())
+    for first in (0, 4, len(whole) - 1, len(whole)):
+        rows = []
+        for begin, length, end, saved in schedule.stretches(first, longest):
+            assert 1 <= begin.size <= longest
+            rows += zip(begin.tolist(), [length] * begin.size, end.tolist(), saved.tolist(), strict=True)
+        assert rows == whole[first:]
+    pairs = list(itertools.pairwise(schedule.stretches(0, longest)))
+    assert all(a[1] != b[1] or a[0].size + b[0].size > longest for a, b in pairs)
+
+
+def test_times_asked_for_at_every_step_make_one_stretch():
+    times = tuple(np.linspace(0.1, 1.0, 10).tolist())
+    assert [begin.size for begin, *_ in Schedule(1.0, 0.1, 1, times).stretches()] == [10]
+
+
+def test_long_chunks_are_cut_into_equal_stretches():
+    assert together(26) == 4096 and together(10**6) == 1
+    assert together(200, 1000) == 500 and together(26, 1000) == 1000 and together(7000, 40) == 14
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 import phblocks as ph
 from phblocks.results.recording import Recorder
 from phblocks.solvers.stage import StageEquation
-from phblocks.solvers.step import Step
+from phblocks.solvers.step import Step, Steps
 
 STEPS, DT, SEEN = 10000, 0.005, 400
 INEXTENSIBLE = ph.Approximation(shear=False, extension=False)
@@ -76,11 +76,12 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Step]]:
     taken: list[Step] = []
     add = Recorder.add
 
-    def watched(self: Recorder, step: Step, save_at: float | None) -> None:
-        taken.append(step)
-        if len(taken) > 2 * SEEN:
-            del taken[SEEN]
-        add(self, step, save_at)
+    def watched(self: Recorder, steps: Steps, at: np.ndarray, saved: np.ndarray) -> None:
+        for i in range(len(steps)):
+            taken.append(steps.row(i))
+            if len(taken) > 2 * SEEN:
+                del taken[SEEN]
+        add(self, steps, at, saved)
 
     monkeypatch.setattr(Recorder, "add", watched)
     yield taken
