@@ -27,6 +27,9 @@ from phblocks.solvers.step import SAFE, StepFailed, Steps
 from phblocks.system import State, System
 from phblocks.triplets import Floats
 
+#: Why a run ends before such states.
+TOO_LARGE = "states or their energy are too large for floating-point numbers"
+
 
 def walk_of(settings: Settings, system: System, drive: Drive, start: State, chunk: int = MANY) -> Walk:
     """Prepare the way through time.
@@ -195,10 +198,13 @@ class Run:
         with bar:
             try:
                 for taken, at, saved in steps:
-                    _require_finite(taken, self.t)
-                    self.recorder.add(taken, at, saved)
-                    bar.update(at[-1] - self.t)
-                    self.t = float(at[-1])
+                    sound = len(taken) - _is_too_large(taken)
+                    if sound:
+                        self.recorder.add(taken.first(sound), at[:sound], saved[:sound])
+                        bar.update(at[sound - 1] - self.t)
+                        self.t = float(at[sound - 1])
+                    if sound < len(taken):
+                        raise StepFailed(self.t, float(taken.dt[-1]), TOO_LARGE)
             except NotFinite as error:
                 status = Status.input_not_finite(error.time, error.name)
             except InputFailed as error:
@@ -277,15 +283,13 @@ class Run:
         return Statistics(**self._totals(), **{name: steps[name] for name in STEPS})  # type: ignore[arg-type]
 
 
-def _require_finite(steps: Steps, t: float) -> None:
-    """End the run before states, or an energy, that are too large for a number: those of the last step, if any."""
+def _is_too_large(steps: Steps) -> bool:
+    """Whether the states after the last step, or their energy, are; a walk yields no step after such a one."""
     x = steps.x[-1]
     if max(x.max(), -x.min()) < SAFE:
-        return
+        return False
     with np.errstate(all="ignore"):
-        energy = x @ x
-    if not np.isfinite(energy):
-        raise StepFailed(t, float(steps.dt[-1]), "states or their energy are too large for floating-point numbers")
+        return not np.isfinite(x @ x)
 
 
 class _NotWritten(Exception):

@@ -121,23 +121,25 @@ class CollocationEquation(StageEquation):
         tau = self._dt * self.modes.values[:, None]
         return residual, self.mass / tau - direct - tau * turning
 
-    def lost(self, x: Floats, z: Floats) -> Floats | None:
-        """Return the unknowns whose energy a step loses to the method.
+    def lost(self, x: Floats, ends: Floats, z: Floats) -> Floats | None:
+        """Return the unknowns whose energy steps in a row lose to the method.
 
         Parameters
         ----------
         x : numpy.ndarray
-            Unknowns at its start, shape (..., n).
+            Unknowns at the start of the first, shape (n,).
+        ends : numpy.ndarray
+            At the ends, shape (steps, n).
         z : numpy.ndarray
-            Unknowns at the stages, shape (..., stages, n).
+            At the stages, shape (steps, stages, n).
 
         Returns
         -------
         numpy.ndarray or None
-            Shape (..., n); ``None`` for a method that keeps energies.
+            Shape (steps, n); ``None`` for a method that keeps energies.
         """
         loss = self.collocation.loss
-        return None if loss is None else loss @ (z - x[..., None, :])
+        return None if loss is None else loss @ (z - np.concatenate([x[None], ends[:-1]])[:, None])
 
     def round_off(self, z: Floats) -> float:
         """Estimate the round-off in the residual at the last evaluation.

@@ -100,6 +100,6 @@ class CollocationStepper:
         rates = np.stack([stage.spin(z[:, i], u[i]) for i in range(stages)])
         turned = theta + dt * (self._collocation.A @ rates)
         theta_end, at_stages = theta + dt * (self._collocation.b @ rates), np.ascontiguousarray(z.T)
-        return Step(
-            end, theta_end, at_stages, turned, u, dt, iterations, damped=stage.lost(x, at_stages), residual=stage.left
-        )
+        lost = stage.lost(x, end[None], at_stages[None])
+        damped = None if lost is None else lost[0]
+        return Step(end, theta_end, at_stages, turned, u, dt, iterations, damped=damped, residual=stage.left)

@@ -200,8 +200,7 @@ class CompiledStepper:
         if not taken:
             return None
         ends, thetas, z, theta_z, iterations, left = (array[:taken] for array in out)
-        damped = self.stage.lost(np.concatenate([x[None], ends[:-1]]), z)
-        lengths = np.full(taken, dt)
+        lengths, damped = np.full(taken, dt), self.stage.lost(x, ends, z)
         steps = Steps(ends, thetas, z, theta_z, u[:taken], lengths, iterations, left, np.zeros(taken), damped=damped)
         if self._predict:
             for i in range(max(0, taken - KEPT), taken - 1):

@@ -8,7 +8,7 @@ import numpy as np
 
 from phblocks.inputs import Drive, InputFailed, NotFinite
 from phblocks.solvers.method import Booked, Marching, Stepper
-from phblocks.solvers.schedule import MANY, Schedule, Stretch
+from phblocks.solvers.schedule import MANY, Schedule
 from phblocks.solvers.step import StepFailed, Steps, failure
 from phblocks.system import State
 from phblocks.triplets import Floats
@@ -61,19 +61,27 @@ class EqualSteps:
 
     def __iter__(self) -> Iterator[Booked]:
         """Go; see :class:`~phblocks.solvers.method.Walk`."""
-        stepper, longest = self._stepper, self._longest
-        marches = isinstance(stepper, Marching) and longest > 1
-        for stretch in self._schedule.stretches(self._intervals, longest if marches else MANY):
-            done, count = 0, stretch[0].size
-            while done < count:
-                begin, length, end, saved = stretch
-                rest = begin[done:], length, end[done:], saved[done:]
-                if isinstance(stepper, Marching) and marches and (steps := self._march(stepper, rest)):
-                    done += len(steps)
-                    yield steps, end[done - len(steps) : done], saved[done - len(steps) : done]
-                else:
+        stepper = self._stepper
+        if self._longest == 1 or not isinstance(stepper, Marching):
+            for interval in self._schedule.intervals(self._intervals):
+                yield from self._advance(*interval)
+            return
+        for begin, length, end, saved in self._schedule.stretches(self._intervals, self._longest):
+            times, u = self._ahead(begin[:, None] + length * np.array(self.nodes))
+            done, alone = 0, False
+            while done < begin.size:
+                steps = None if alone or done >= len(u) else stepper.march(self._x, self._theta, length, u[done:])
+                if steps is None:
+                    before = self.halvings
                     yield from self._advance(float(begin[done]), length, float(end[done]), bool(saved[done]))
-                    done += 1
+                    done, alone = done + 1, self.halvings > before
+                    continue
+                taken = slice(done, done + len(steps))
+                done, alone = taken.stop, taken.stop < len(u)
+                self._x, self._theta = steps.last.x, steps.last.theta
+                self.steps, self._intervals = self.steps + len(steps), self._intervals + len(steps)
+                self._asked = times[done - 1].tolist(), steps.u[-1]
+                yield steps, end[taken], saved[taken]
 
     def mark(self) -> dict[str, Floats] | None:
         """Return where it is; see :class:`~phblocks.solvers.method.Resumable`.
@@ -102,25 +110,14 @@ class EqualSteps:
         self._intervals, self.steps, self.halvings = map(int, mark["counts"])
         self._x, self._theta = mark["x"], mark["theta"]
 
-    def _march(self, stepper: Marching, stretch: Stretch) -> Steps | None:
-        """Take the steps of a stretch, as many as the inputs and the stepper allow."""
-        begin, length, _, _ = stretch
-        times = begin[:, None] + length * np.array(stepper.nodes)
+    def _ahead(self, times: Floats) -> tuple[Floats, Floats]:
+        """Evaluate the inputs at all nodes of a stretch, or as far as they can be; a step will say what is wrong."""
         try:
             u = self._drive.at(times.ravel().tolist())
         except (InputFailed, NotFinite) as error:
-            good = int(np.searchsorted(times.max(axis=1), error.time))
-            if not good:
-                raise
-            times = times[:good]
+            times = times[: int(np.searchsorted(times.max(axis=1), error.time))]
             u = self._drive.at(times.ravel().tolist())
-        steps = stepper.march(self._x, self._theta, length, u.reshape(*times.shape, -1))
-        if steps is not None:
-            self._x, self._theta = steps.last.x, steps.last.theta
-            self.steps += len(steps)
-            self._intervals += len(steps)
-            self._asked = times[len(steps) - 1].tolist(), steps.u[-1]
-        return steps
+        return times, u.reshape(*times.shape, u.shape[1])
 
     def _advance(self, t0: float, length: float, t1: float, save: bool) -> Iterator[Booked]:
         """Go from t0 to t1 = t0 + length, in one step if possible."""

@@ -95,10 +95,10 @@ class LinearStepper:
             return None
         u, z, ends = u[:count], z[:count], ends[:count]
         turning = dt * stage.spins(z, u)
-        before, turns = np.concatenate([x[None], ends[:-1]]), method.b @ turning
-        thetas = theta + np.concatenate([np.zeros((1, theta.size)), np.cumsum(turns, axis=0)])
+        turned = np.cumsum(method.b @ turning, axis=0)
+        thetas = theta + np.concatenate([np.zeros((1, theta.size)), turned])
         theta_z, none = thetas[:-1, None] + method.A @ turning, np.zeros(count)
-        lengths, damped = np.full(count, dt), stage.lost(before, z)
+        lengths, damped = np.full(count, dt), stage.lost(x, ends, z)
         return Steps(ends, thetas[1:], z, theta_z, u, lengths, none.astype(np.int64), none, none, damped=damped)
 
 

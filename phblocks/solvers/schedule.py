@@ -94,15 +94,20 @@ class Schedule:
                 yield last, end
                 last = end
 
-    def intervals(self) -> Iterator[tuple[float, float, float, bool]]:
+    def intervals(self, first: int = 0) -> Iterator[tuple[float, float, float, bool]]:
         """Iterate over steps of equal length: dt, the last one before a time of its own shorter or all of them.
+
+        Parameters
+        ----------
+        first : int, optional
+            Number of the interval to begin with.
 
         Yields
         ------
         tuple
             Begin, length and end, s, and whether the end is saved.
         """
-        for begin, length, end, saved in self.stretches():
+        for begin, length, end, saved in self.stretches(first):
             yield from zip(begin.tolist(), itertools.repeat(length), end.tolist(), saved.tolist(), strict=False)
 
     def stretches(self, first: int = 0, longest: int = MANY) -> Iterator[Stretch]:

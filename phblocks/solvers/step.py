@@ -159,6 +159,22 @@ class Steps:
                 arrays[name] = np.concatenate(full)
         return cls(**arrays)
 
+    def first(self, count: int) -> Steps:
+        """Return the first of them.
+
+        Parameters
+        ----------
+        count : int
+            How many.
+
+        Returns
+        -------
+        Steps
+            Views.
+        """
+        rows: dict[str, Any] = {name: getattr(self, name) for name in STEP_FIELDS}
+        return Steps(**{name: None if array is None else array[:count] for name, array in rows.items()})
+
     @cached_property
     def last(self) -> Step:
         """The last step, always the same: what a method that looks back takes for the end of it."""
