@@ -123,10 +123,7 @@ class Steps:
         Steps
             With one row.
         """
-        rows: dict[str, Any] = {
-            name: None if (value := getattr(step, name)) is None else np.asarray(value)[None] for name in STEP_FIELDS
-        }
-        return cls(**rows)
+        return cls(**_taken(step, lambda value: np.asarray(value)[None]))
 
     @classmethod
     def join(cls, parts: Sequence[Steps]) -> Steps:
@@ -172,8 +169,7 @@ class Steps:
         Steps
             Views.
         """
-        rows: dict[str, Any] = {name: getattr(self, name) for name in STEP_FIELDS}
-        return Steps(**{name: None if array is None else array[:count] for name, array in rows.items()})
+        return Steps(**_taken(self, lambda array: array[:count]))
 
     @cached_property
     def last(self) -> Step:
@@ -193,14 +189,18 @@ class Steps:
         Step
             Views.
         """
-        rows: dict[str, Any] = {
-            name: None if (array := getattr(self, name)) is None else array[i] for name in STEP_FIELDS
-        }
+        rows = _taken(self, lambda array: array[i])
         return Step(**rows | {name: rows[name].item() for name in ("dt", "iterations", "residual", "lag")})
 
 
 #: What both consist of.
 STEP_FIELDS = tuple(field.name for field in fields(Steps))
+
+
+def _taken(source: Step | Steps, take: Callable[[Any], Any]) -> dict[str, Any]:
+    """Take something of each field that there is."""
+    values = {name: getattr(source, name) for name in STEP_FIELDS}
+    return {name: None if value is None else take(value) for name, value in values.items()}
 
 
 class StepFailed(Exception):
