@@ -241,7 +241,9 @@ class Run:
                     break
 
     def _in_memory(self, status: Status) -> Solution:
+        clock = perf_counter()
         recording, steps = self.recorder.finish()
+        self.seconds.loop_seconds += perf_counter() - clock
         return Solution(self.system, recording, status, self._statistics(steps))
 
     def _on_disk(self, status: Status, journal: Journal) -> Solution:

@@ -7,11 +7,11 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
+from phblocks.results.books import Books
 from phblocks.system import System
 from phblocks.system.scaling import state_scale
-from phblocks.triplets import Floats, Ints, Triplets
+from phblocks.triplets import Floats, Ints
 
 
 @dataclass(repr=False)
@@ -109,8 +109,8 @@ class Monitor:
     ----------
     system : System
         The system.
-    E : scipy.sparse.csr_array
-        That of all blocks, each in its own coordinates.
+    books : Books
+        Of the system: energies of its states.
     weights : sequence of float
         Of the stages of the method.
     start : numpy.ndarray
@@ -122,11 +122,8 @@ class Monitor:
         Of all steps so far.
     """
 
-    def __init__(self, system: System, E: sp.csr_array, weights: Sequence[float], start: Floats) -> None:
-        self.sums, self._system, self._E, self._weights = Sums.zero(system), system, E, np.array(weights)
-        size = [part.states.stop - part.states.start for part in system.parts]
-        block = np.repeat(np.arange(len(size)), size)
-        self._by_block = Triplets.of(block, np.arange(block.size), values=0.5).csr((len(size), block.size))
+    def __init__(self, system: System, books: Books, weights: Sequence[float], start: Floats) -> None:
+        self.sums, self._system, self._books, self._weights = Sums.zero(system), system, books, np.array(weights)
         self._unit = state_scale(system)[self.sums.multipliers] if self.sums.multipliers.size else np.zeros(0)
         self._last = np.zeros((0, self.sums.multipliers.size))
         self._before, self._t, self._residual = self._stored(start[None])[0], 0.0, 0.0
@@ -145,20 +142,20 @@ class Monitor:
         residual : numpy.ndarray
             Of the balance of each, shape (steps,), J.
         stored : numpy.ndarray
-            Stored energy by block and kind after each, shape (steps, blocks, kinds), J.
+            Stored energy by block after each, shape (steps, blocks), J.
         totals : mapping of str to numpy.ndarray
             The rest of the ledger after each, shape (steps, ...), J.
         x, z : numpy.ndarray
             States after each, shape (steps, n), and at all stages, shape (steps * stages, n).
         """
         sums, t, since = self.sums, self._t + np.cumsum(dt), self._residual + np.cumsum(residual)
-        moved = [stored.sum(axis=(1, 2)), *(totals[k].sum(axis=1) for k in MOVED)]
+        moved = [stored.sum(axis=1), *(totals[k].sum(axis=1) for k in MOVED)]
         sums.energy[0] = max(sums.energy[0], *(float(np.abs(series).max()) for series in moved))
         for place, values in ((1, np.abs(residual)), (2, np.abs(since))):
             worst = int(values.argmax())
             if values[worst] > sums.energy[place]:
                 sums.energy[place], sums.when[place - 1] = values[worst], t[worst]
-        ends = stored.sum(axis=2) if self._system.quadratic else self._stored(x)
+        ends = stored if self._system.quadratic else self._stored(x)
         mean = 0.5 * (ends + np.concatenate([self._before[None], ends[:-1]]))
         sums.held += dt @ mean
         sums.missed += dt @ (mean - self._weighted(self._stored(z), dt.size))
@@ -172,8 +169,7 @@ class Monitor:
 
     def _stored(self, x: Floats) -> Floats:
         """Energy by block that is quadratic, shape (times, blocks)."""
-        coordinates = self._system.sharing.expand(x)
-        return np.asarray((self._by_block @ (coordinates * (self._E @ coordinates.T).T).T).T)
+        return np.asarray(self._books.quadratic(x).sum(axis=2))
 
     def _weighted(self, values: Floats, steps: int) -> Floats:
         """Means over the stages of each step."""

@@ -6,15 +6,15 @@ matrix products per chunk and nothing per step.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from phblocks.frames import rotate
+from phblocks.results.books import Books
 from phblocks.results.changes import added_by_projection, taken_by_method
 from phblocks.results.middles import Middles
 from phblocks.results.monitor import Monitor, Sums
@@ -22,7 +22,7 @@ from phblocks.solvers.method import Unknowns
 from phblocks.solvers.schedule import together
 from phblocks.solvers.step import Steps
 from phblocks.system import State, System
-from phblocks.triplets import Floats, Ints, Triplets
+from phblocks.triplets import Floats, Ints
 
 #: At least so many steps are evaluated together.
 CHUNK = 128
@@ -205,16 +205,16 @@ class Recorder:
 
     def __post_init__(self) -> None:
         """Save the start."""
-        self._books, self._expand = _Books.of(self.system), self.system.sharing.expand
+        self._books = Books.of(self.system)
         self._points = self.start.points
-        self._stored = self._books.stored(self._expand(self.start.x[None]))
+        self._stored = self._books.stored(self.start.x[None])
         self._totals = self._books.zero()
         self._worst = [np.zeros(len(self.system.parts)), np.zeros(len(self.system.connections.names))]
         self._room = max(CHUNK, together(self.system.n))
         self._error_since = 0.0
         self._integral = np.zeros(self.system.n_inputs)
         self._middles, self._open = Middles(self.system, self.nodes), True
-        self._monitor = Monitor(self.system, self._books.E, self.weights, self.start.x)
+        self._monitor = Monitor(self.system, self._books, self.weights, self.start.x)
         self._keep(
             np.array([self.t]),
             self.start.x[None].copy(),
@@ -365,7 +365,7 @@ class Recorder:
         weight = (dt[:, None] * np.array(self.weights)).ravel()
         z, theta_z, u = (a.reshape(weight.size, a.shape[2]) for a in (steps.z, steps.theta_z, steps.u))
         z, x = self.stage.unpack(z), self.stage.unpack(steps.x)
-        self._complete(dt, z.reshape(len(steps), -1, x.shape[1]), x)
+        self._complete(dt, z, x)
         losses = [np.concatenate(of_one) for of_one in zip(*self._losses, strict=True)]
         frozen = z if steps.frozen is None else self.stage.unpack(steps.frozen.reshape(z.shape))
         per_step = len(self.weights)
@@ -373,22 +373,26 @@ class Recorder:
         def by_step(values: Floats) -> Floats:
             """Integrate values at the stages, shape (stages of all steps, ...), over each step."""
             weighted: Floats = values.reshape(weight.size, -1) * weight[:, None]
-            return np.asarray(weighted.reshape(len(steps), per_step, -1).sum(axis=1))
+            return weighted if per_step == 1 else weighted.reshape(len(steps), per_step, -1).sum(axis=1)
 
-        moved = by_step(self._books.velocities(z, theta_z)).reshape(len(steps), *self._points.shape)
+        moving = self._books.moving
+        moved = by_step(self._books.velocities(z, theta_z))
         if steps.shift is not None:
-            moved += steps.shift
-        points = self._points + np.cumsum(moved, axis=0) if steps.points is None else steps.points
+            moved = moved + _flat(steps.shift)[:, moving]
+        if steps.points is not None:  # the method integrates them itself
+            moved = np.diff(_flat(np.concatenate([self._points[None], steps.points]))[:, moving], axis=0)
+        way = np.cumsum(moved, axis=0)
         integral = self._integral + np.cumsum(by_step(u), axis=0)
         rates = self._books.rates(theta_z, z, frozen, u, losses)
         flows = {key: by_step(rate) for key, rate in rates.items()}
         between_ports = flows.pop("between_ports")
         blocks = self._books.n_blocks
         flows["numerical"] = taken_by_method(steps, self._energies, blocks)
-        flows["projected"] = added_by_projection(steps, self._energies, self._books.potential, blocks)
-        flows["potential"] = np.diff(self._books.potential(np.concatenate([self._points[None], points])), axis=0)
-        stored = self._books.stored(self._expand(x))
-        change = np.diff(np.concatenate([self._stored[-1:], stored]), axis=0).sum(axis=2) + flows["potential"]
+        flows["projected"] = added_by_projection(steps, self._energies, self._lifted, blocks)
+        flows["potential"] = self._books.potential(moved)
+        stored = self._books.stored(x)
+        ends = stored.sum(axis=2)
+        change = np.diff(np.concatenate([self._stored.sum(axis=2), ends]), axis=0) + flows["potential"]
         lost = flows["dissipated"] + flows["numerical"] - flows["projected"]
         gain = flows["supplied_to"] - lost + self._books.received(flows["transferred"])
         missing = change - gain
@@ -399,8 +403,8 @@ class Recorder:
         self._worst[0] = np.maximum(self._worst[0], block_error.max(axis=0, initial=0.0))
         connection_error = np.abs(flows["transferred"] - between_ports)
         self._worst[1] = np.maximum(self._worst[1], connection_error.max(axis=0, initial=0.0))
-        totals = {key: self._totals[key] + np.cumsum(flow, axis=0) for key, flow in flows.items()}
-        self._monitor.add(dt, residual, stored, totals, x, z)
+        totals = {key: _summed_up(self._totals[key], flow) for key, flow in flows.items()}
+        self._monitor.add(dt, residual, ends, totals, x, z)
 
         saved = np.flatnonzero(kept)
         error[0] = max(self._error_since, error[0])
@@ -412,7 +416,7 @@ class Recorder:
             at[saved],
             x[saved],
             steps.theta[saved],
-            points[saved],
+            self._at(way[saved]),
             integral[saved],
             stored[saved],
             {k: v[saved] for k, v in totals.items()},
@@ -421,7 +425,7 @@ class Recorder:
         for key, told in zip(STEPS, (steps.iterations, steps.lag, steps.residual), strict=True):
             self._saved[key].append(told)
         self._open = bool(kept[-1])
-        self._stored, self._points, self._integral = stored[-1:], points[-1], integral[-1]
+        self._stored, self._points, self._integral = stored[-1:], self._at(way[-1:])[0], integral[-1]
         self._totals = {key: total[-1] for key, total in totals.items()}
         self._steps.clear()
         self._losses.clear()
@@ -429,12 +433,24 @@ class Recorder:
 
     def _energies(self, unknowns: Floats) -> Floats:
         """Stored energy by block, shape (m, blocks)."""
-        return np.asarray(self._books.stored(self._expand(self.stage.unpack(unknowns))).sum(axis=2))
+        return np.asarray(self._books.stored(self.stage.unpack(unknowns)).sum(axis=2))
+
+    def _lifted(self, shift: Floats) -> Floats:
+        """Potential energy of gravity of displacements of all material points, shape (m, blocks)."""
+        return self._books.potential(_flat(shift)[:, self._books.moving])
+
+    def _at(self, way: Floats) -> Floats:
+        """Positions of the material points after displacements of what moves, shape (m, n_points, dimension)."""
+        points = np.tile(self._points.ravel(), (len(way), 1))
+        points[:, self._books.moving] += way
+        return points.reshape(len(way), *self._points.shape)
 
     def _complete(self, dt: Floats, z: Floats, x: Floats) -> None:
         """Fill in the states without a rate, also in the rows of the start and of the last step before."""
-        start, before, ends = self._middles.add(dt, z)
         states = self._middles.states
+        if not states.size:
+            return
+        start, before, ends = self._middles.add(dt, z.reshape(dt.size, -1, z.shape[1]))
         if before is not None and self._open:
             self._saved["x"][-1][-1, states] = before
         if start is not None and not self._handed_over:
@@ -465,134 +481,11 @@ class Recorder:
             self._saved.setdefault(key, []).append(value)
 
 
-class _Books:
-    """Sums over entries that belong to a block, a kind of energy, a connection or an input."""
-
-    @classmethod
-    def of(cls, system: System) -> _Books:
-        """Make them, or find those that a run before made."""
-        known = system.prepared.get("books")
-        if not isinstance(known, cls):
-            known = system.prepared["books"] = cls(system)
-        return known
-
-    def __init__(self, system: System) -> None:
-        self.system = system
-        self.n_blocks, self.n_kinds = len(system.parts), len(system.energy_kinds)
-        block = np.repeat(np.arange(self.n_blocks), [p.states.stop - p.states.start for p in system.parts])
-        self._block = block
-        kind = self.system.energy_kind_of_coordinate
-        self._energy_sum = _summing(block * self.n_kinds + kind, self.n_blocks * self.n_kinds)
-        self.E, R = (system.E, system.R0) if system.sharing.trivial else _of_blocks(system)
-        connections = system.connections
-        self._flow = connections.entries
-        self._flow_sum = _summing(connections.number, len(connections.names))
-        number = np.arange(len(connections.names))
-        giving, taking = connections.blocks.T
-        self._receive = Triplets.join(
-            [Triplets.of(taking, number, values=1.0), Triplets.of(giving, number, values=-1.0)]
-        ).csr((self.n_blocks, number.size))
-        self._input = connections.supply
-        self._input_sum = _summing(self._input.indices[1], system.n_inputs)
-        self._input_block_sum = _summing(block[self._input.indices[0]], self.n_blocks)
-        self._damping = R.tocoo()
-        self._damping_sum = _summing(block[self._damping.coords[0]], self.n_blocks)
-        moved = np.diff(system.point_velocity.indptr).reshape(-1, system.dimension)
-        self._moving = np.flatnonzero(moved.any(axis=1))  # points that anything moves
-        points = [p.points.stop - p.points.start for p in system.parts]
-        self._point_sum = _summing(np.repeat(np.arange(self.n_blocks), points), self.n_blocks)
-
-        groups = system.sharing.groups
-        group = np.arange(self.n_blocks)
-        for blocks in groups:
-            group[list(blocks)] = blocks[0]
-        self._group, self._group_sum = group, _summing(group, self.n_blocks)
-        self.sharing = np.isin(np.arange(self.n_blocks), [b for blocks in groups for b in blocks])
-
-    def zero(self) -> dict[str, Floats]:
-        """Totals at the start."""
-        sizes = {
-            "potential": self.n_blocks,
-            "transferred": len(self.system.connections.names),
-            "supplied": self.system.n_inputs,
-            "supplied_to": self.n_blocks,
-            "shared": self.n_blocks,
-            "dissipated": self.n_blocks,
-            "numerical": self.n_blocks,
-            "projected": self.n_blocks,
-        }
-        return {key: np.zeros(size) for key, size in sizes.items()}
-
-    def stored(self, x: Floats) -> Floats:
-        """Stored energy from the coordinates of blocks, shape (times, blocks, kinds)."""
-        density = 0.5 * x * (self.E @ x.T).T
-        stored = np.asarray((self._energy_sum @ density.T).T).reshape(-1, self.n_blocks, self.n_kinds)
-        for storage in self.system.storages:
-            at = self.system.sharing.kept[storage.energy]
-            kind = self.system.energy_kind_of_coordinate[at[0]]
-            stored[:, self._block[at[0]], kind] += [storage.hamiltonian(row) for row in x[:, at]]
-        return stored
-
-    def of_groups(self, missing: Floats) -> Floats:
-        """Sum over the blocks that share states with a block, shape (times, blocks): what one misses another has."""
-        return np.asarray((self._group_sum @ missing.T).T)[:, self._group] if self.sharing.any() else missing
-
-    def potential(self, points: Floats) -> Floats:
-        """Potential energy of gravity by block, shape (times, blocks)."""
-        height = -(points @ self.system.gravity) * self.system.point_mass
-        return np.asarray((self._point_sum @ height.T).T)
-
-    def received(self, transferred: Floats) -> Floats:
-        """What blocks receive through connections, shape (times, blocks)."""
-        return np.asarray((self._receive @ transferred.T).T)
-
-    def velocities(self, z: Floats, theta: Floats) -> Floats:
-        """Velocities of the material points in the fixed frame, shape (stages, points, dimension)."""
-        count, d = self.system.point_mass.size, self.system.dimension
-        material = np.asarray((self.system.point_velocity @ z.T).T).reshape(len(z), count, d)
-        angle = self.system.point_angles.at(theta.T).T
-        if self._moving.size == count:
-            return rotate(angle, material)
-        material[:, self._moving] = rotate(angle[:, self._moving], material[:, self._moving])
-        return material
-
-    def rates(self, theta: Floats, x: Floats, frozen: Floats, u: Floats, losses: list[Floats]) -> dict[str, Floats]:
-        """Powers at the stages: through connections (by the matrices, and by the ports), inputs, dampings.
-
-        Lines have the directions they have in the states ``frozen``; ``losses`` are the R(x) of modulations at the
-        stages, each of shape (stages, a, a).
-        """
-        phi, z = self.system.features(theta.T, frozen.T).T, self.system.sharing.expand(x)
-        i, j, f = self._flow.indices
-        transferred = self._flow_sum @ (self._flow.values * phi[:, f] * z[:, j] * z[:, i]).T
-        i, k, f = self._input.indices
-        supply = (self._input.values * phi[:, f] * z[:, i] * u[:, k]).T
-        a, b = self._damping.coords
-        loss = (self._damping.data * z[:, a] * z[:, b]).T
-        dissipated = (self._damping_sum @ loss).T
-        for m, R in zip(self.system.modulations, losses, strict=True):
-            on = self.system.sharing.kept[m.on]
-            w = z[:, on]
-            dissipated[:, self._block[on[0]]] += np.einsum("ti,tij,tj->t", w, R, w)
-        return {
-            "transferred": transferred.T,
-            "between_ports": self.system.connections.exchange.powers(self.system.lines, theta, frozen, z),
-            "supplied": (self._input_sum @ supply).T,
-            "supplied_to": (self._input_block_sum @ supply).T,
-            "dissipated": dissipated,
-        }
+def _flat(points: Floats) -> Floats:
+    """Positions or displacements, point by point in a row, shape (m, n_points * dimension)."""
+    return points.reshape(len(points), math.prod(points.shape[1:]))
 
 
-def _of_blocks(system: System) -> tuple[sp.csr_array, sp.csr_array]:
-    """E and R of all blocks, each in its own coordinates."""
-    n, first = system.sharing.expansion.shape[0], [p.states.start for p in system.parts]
-    E, R = (
-        Triplets.join(entries.shifted(i, i) for entries, i in zip(of_blocks, first, strict=True)).csr((n, n))
-        for of_blocks in ([p.form.E for p in system.parts], [p.form.R for p in system.parts])
-    )
-    return E, R
-
-
-def _summing(group: Ints, size: int) -> sp.csr_array:
-    """The matrix that sums entries of the same group."""
-    return Triplets.of(group, np.arange(group.size), values=1.0).csr((size, group.size))
+def _summed_up(before: Floats, flow: Floats) -> Floats:
+    """What has flowed up to the end of each step, shape (steps, ...); most runs have kinds of flows that are zero."""
+    return np.asarray(before + np.cumsum(flow, axis=0) if flow.any() else np.broadcast_to(before, flow.shape))

@@ -243,7 +243,7 @@ class StageEquation:
         numpy.ndarray
             Shape (..., n).
         """
-        x = np.empty_like(unknowns)
+        x = np.empty_like(unknowns, order="F")  # so that matrices multiply many of them without a copy
         x[..., self.order] = unknowns * self.scale
         return x
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from phblocks.results import recording
+from phblocks.results import books
 
 KINDS = ("translation", "rotation")
 
@@ -133,14 +133,14 @@ def test_the_balance_of_those_that_share_can_fail(section, monkeypatch):
     """Books that miss a thousandth of the gravity of one beam: seen in the balance of all three."""
     d, _ = frame(section, n=2)
     system = d.compile()
-    true = recording._Books.potential
+    true = books.Books.potential
 
     def wrong(self, points):
         values = true(self, points)
         values[:, 1] *= 1.001
         return values
 
-    monkeypatch.setattr(recording._Books, "potential", wrong)
+    monkeypatch.setattr(books.Books, "potential", wrong)
     with pytest.warns(ph.errors.HealthWarning, match=r"energy balance, worst step: .* \(a \+ b \+ c, t = "):
         power = ph.simulate(system, 0.1, 0.01).power
     assert power.block_errors["a + b + c"] > 1e-5 and power.worst[0] == "a + b + c"
