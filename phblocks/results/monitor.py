@@ -28,7 +28,7 @@ class Sums:
         Shape (2,), s: when these two residuals were met.
     held : numpy.ndarray
         Stored energy by block, mean of both ends of a step, integrated over time; shape (blocks,), J s. Energies that
-        are not quadratic are left out.
+        are not quadratic are left out. Of chunks of many steps some do, evenly spread; so does what follows.
     missed : numpy.ndarray
         How much less of it the stages of the steps have, shape (blocks,), J s.
     multipliers : numpy.ndarray
@@ -98,6 +98,8 @@ class Sums:
 #: What is summed.
 SUMS = tuple(field.name for field in fields(Sums))
 
+#: Of so many steps at least, evenly spread, the energies of the stages are looked at each time.
+SAMPLES = 128
 #: What of the ledger beside the stored energy tells how large the energies of a run are.
 MOVED = ("potential", "supplied", "dissipated", "numerical", "projected")
 
@@ -155,10 +157,12 @@ class Monitor:
             worst = int(values.argmax())
             if values[worst] > sums.energy[place]:
                 sums.energy[place], sums.when[place - 1] = values[worst], t[worst]
+        some = np.arange(0, dt.size, max(1, dt.size // SAMPLES))
         ends = stored if self._system.quadratic else self._stored(x)
-        mean = 0.5 * (ends + np.concatenate([self._before[None], ends[:-1]]))
-        sums.held += dt @ mean
-        sums.missed += dt @ (mean - self._weighted(self._stored(z), dt.size))
+        mean = 0.5 * (ends + np.concatenate([self._before[None], ends[:-1]]))[some]
+        stages = z[(some[:, None] * self._weights.size + np.arange(self._weights.size)).ravel()]
+        sums.held += dt[some] @ mean
+        sums.missed += dt[some] @ (mean - self._weighted(self._stored(stages), some.size))
         self._before, self._t, self._residual = ends[-1], float(t[-1]), float(since[-1])
         if sums.multipliers.size:
             forces = self._weighted(z[:, sums.multipliers] / self._unit, dt.size)

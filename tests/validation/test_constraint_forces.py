@@ -115,6 +115,37 @@ def test_forces_are_those_that_the_motion_asks_for(approximation, share, steps):
 
 
 @pytest.mark.slow
+def test_steps_that_resolve_the_motion_let_nothing_grow():
+    """50 000 midpoint steps of 0.1 ms, a whole swing: N1 alternates by 0.72 N of 1011 N all the time, N2 by 0.22 N."""
+    system, dt = four_bar(INEXTENSIBLE), 1e-4
+    run = ph.simulate(system, 5.0, dt)
+    assert run.status.ok and run.statistics.halvings == 0 and run.statistics.steps == 50_000
+    assert run.max_power_balance_error < 1e-12
+    for field, most in (("N1", 1e-3), ("N2", 3e-3)):
+        forces = run.x[:, [f".{field}[" in name for name in system.state_names]]
+        parts = [alternating(forces[2 + k : 5000 + k]) for k in range(0, 50_000, 5000)]
+        assert max(parts) < 1.05 * parts[0] and max(parts) < most * forces.std()
+
+
+@pytest.mark.slow
+def test_multipliers_add_nothing_to_what_the_motion_asks_for(steps):
+    """10 000 steps of 0.5 ms: of forces up to 1200 N, at most 0.014 N alternate of themselves."""
+    system, dt = four_bar(INEXTENSIBLE), 5e-4
+    run = ph.simulate(system, STEPS * dt, dt, save_every=100)
+    assert run.status.ok and run.statistics.halvings == 0
+    asked = Asked(system)
+    names = np.array(system.state_names)[asked.stage.order[asked.free]]
+    for field in ("N1", "N2"):
+        at = [i for i, name in enumerate(names) if f".{field}[" in name]
+        unit = asked.stage.scale[asked.free][at]
+        for part in (steps[2:SEEN], steps[SEEN:]):
+            got = np.array([step.z[0][asked.free][at] for step in part]) * unit
+            wanted = np.array([asked(step.z[0], step.theta_z[0])[at] for step in part]) * unit
+            assert alternating(got - wanted) < 0.02
+            assert alternating(got) < 0.05 * got.std()
+
+
+@pytest.mark.slow
 def test_with_a_little_damping_nothing_grows():
     """A tenth of a millisecond of internal damping keeps the bending waves down: 28.0 N at first, 27.5 N at last."""
     system = four_bar(INEXTENSIBLE, ph.Damping(internal=1e-4))

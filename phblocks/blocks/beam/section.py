@@ -305,6 +305,9 @@ def _dimension(name: str, value: object) -> float:
 def _require_stiffness(where: str, value: object) -> None:
     """Check a stiffness: positive; infinity is one of no compliance."""
     number = require_real(where, value)
+    if math.isinf(number) and value != number:
+        got = "a number too large for floating point"
+        raise DataError(where, expected="a number > 0, or math.inf", got=got, fix="Give a value in SI units.")
     if not (number > 0.0 and math.isfinite(1.0 / number)):
         raise DataError(where, expected="a number > 0, or math.inf", got=repr(value), fix="Give a value in SI units.")
 
