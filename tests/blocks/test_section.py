@@ -174,3 +174,12 @@ def test_dimensions_whose_fourth_power_is_no_number(size):
     ):
         with pytest.raises(ph.errors.DataError):
             make()
+
+
+@pytest.mark.parametrize("name", ["axial", "shear", "bending"])
+def test_a_stiffness_of_400_digits_is_a_slip(name):
+    values = {"axial": 1e4, "shear": 1e4, "bending": 10.0, "mass": 1.0, "rotary": 1e-3} | {name: 10**400}
+    with pytest.raises(
+        DataError, match=rf"Section {name}: expected a number > 0, or math\.inf, got a number too large"
+    ):
+        ph.Section(**values)
