@@ -35,6 +35,8 @@ from phblocks.triplets import real_array
 
 #: A run of more steps is taken for a mistake in its arguments.
 MOST_STEPS = 1e9
+#: s. The inverse of a shorter step is no number any more once it was halved some times.
+SHORTEST = 1e-200
 
 #: At how many times the inputs are looked at before a run whose blocks must not spin.
 SAMPLES = 33
@@ -241,7 +243,7 @@ def _require_time(name: str, value: object, least: float) -> None:
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ArgumentTypeError(f"simulate {name}", expected="a number, s", got=repr(value), fix="Give seconds.")
     number = require_real(f"simulate {name}", value)
-    enough = number > 0.0 if least == 0.0 else number >= least
+    enough = number > SHORTEST if least == 0.0 else number >= least
     if not (math.isfinite(number) and enough):
-        expected = "a time > 0 s" if least == 0.0 else f"at least one step, {least} s"
+        expected = f"a time > 0 s, above {SHORTEST:g} s" if least == 0.0 else f"at least one step, {least} s"
         raise DataError(f"simulate {name}", expected=expected, got=repr(value), fix="Correct it.")
