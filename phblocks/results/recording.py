@@ -26,6 +26,8 @@ from phblocks.triplets import Floats, Ints
 
 #: At least so many steps are evaluated together.
 CHUNK = 128
+#: Numbers that all arrays of such an evaluation hold together, about.
+LARGEST = 2**21
 #: What the ledger knows at every saved time.
 SERIES = (
     "stored",
@@ -205,6 +207,7 @@ class Recorder:
 
     def __post_init__(self) -> None:
         """Save the start."""
+        _keep_memory()
         self._books = Books.of(self.system)
         self._points = self.start.points
         self._stored = self._books.stored(self.start.x[None])
@@ -489,3 +492,12 @@ def _flat(points: Floats) -> Floats:
 def _summed_up(before: Floats, flow: Floats) -> Floats:
     """What has flowed up to the end of each step, shape (steps, ...); most runs have kinds of flows that are zero."""
     return np.asarray(before + np.cumsum(flow, axis=0) if flow.any() else np.broadcast_to(before, flow.shape))
+
+
+def _keep_memory() -> None:
+    """Let what is evaluated together be where it was the time before, instead of fetched page by page from the system.
+
+    The C library of Linux gives free memory back at once, unless a larger block was freed before: mallopt(3),
+    M_MMAP_THRESHOLD. Elsewhere it does nothing.
+    """
+    np.empty(LARGEST)
