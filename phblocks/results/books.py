@@ -146,6 +146,7 @@ class Books:
         self._input, _ = self._coordinates.of(connections.supply, (0,))
         self._input_sum = _summing(self._input.indices[1], system.n_inputs)
         self._input_block_sum = _summing(block[self._input.indices[0]], self.n_blocks)
+        self._modulated = bool(self._flow.indices[2].any() or self._input.indices[2].any())
         self._damping = R.tocoo()
         self._damping_sum = _summing(block[self._damping.coords[0]], self.n_blocks)
         self._prepare_points()
@@ -165,10 +166,16 @@ class Books:
         away = moved.any(axis=1) & (turns | (angles != 0.0))
         moved[away] = True
         self.moving = np.flatnonzero(moved.ravel())
-        self._velocity = sp.csr_array(system.point_velocity[self.moving])
         place = np.cumsum(moved.ravel()).reshape(moved.shape) - 1
-        self._turning, self._tilted = np.flatnonzero(away & turns), np.flatnonzero(away & ~turns)
-        self._turned, self._leaning = place[self._turning], place[self._tilted]
+        self._turning, tilted = np.flatnonzero(away & turns), np.flatnonzero(away & ~turns)
+        self._turned = place[self._turning]
+        lean = np.where(np.isin(self.moving // d, tilted), 0.0, 1.0)  # what frames that stay turn, is turned here
+        i, j = np.repeat(place[tilted], d, axis=1), np.tile(place[tilted], d)
+        turns_of = rotate(angles[tilted, None], np.broadcast_to(np.eye(d), (tilted.size, d, d))).transpose(0, 2, 1)
+        stay = Triplets.of(np.flatnonzero(lean), np.flatnonzero(lean), values=1.0)
+        turned = Triplets.of(i.ravel(), j.ravel(), values=turns_of.ravel())
+        frames = Triplets.join([stay, turned]).csr((self.moving.size, self.moving.size))
+        self._velocity = sp.csr_array(frames @ system.point_velocity[self.moving])
         points = [p.points.stop - p.points.start for p in system.parts]
         block = np.repeat(np.arange(self.n_blocks), points)[self.moving // d]
         weight = -(system.point_mass[:, None] * system.gravity).ravel()[self.moving]
@@ -286,9 +293,6 @@ class Books:
             In the fixed frame, the components :attr:`moving`, shape (times, moving), m/s.
         """
         velocity = np.asarray((self._velocity @ z.T).T)
-        if self._tilted.size:
-            angle = self.system.point_angles.reference[self._tilted]
-            velocity[:, self._leaning] = rotate(angle, velocity[:, self._leaning])
         if self._turning.size:
             angle = self.system.point_angles.at(theta.T)[self._turning].T
             velocity[:, self._turned] = rotate(angle, velocity[:, self._turned])
@@ -311,7 +315,8 @@ class Books:
         dict of str to numpy.ndarray
             W, each of shape (times, ...).
         """
-        phi, z = self.system.features(theta.T, frozen.T).T, self._coordinates.at(x)
+        z = self._coordinates.at(x)
+        phi = self.system.features(theta.T, frozen.T).T if self._modulated else np.ones((len(z), 1))
         i, j, f = self._flow.indices
         transferred = self._flow_sum @ (self._flow.values * phi[:, f] * z[:, j] * z[:, i]).T
         i, k, f = self._input.indices

@@ -28,7 +28,7 @@ class Sums:
         Shape (2,), s: when these two residuals were met.
     held : numpy.ndarray
         Stored energy by block, mean of both ends of a step, integrated over time; shape (blocks,), J s. Energies that
-        are not quadratic are left out. Of chunks of many steps some do, evenly spread; so does what follows.
+        are not quadratic are left out. Of long runs one step in four counts, for all four; so in what follows.
     missed : numpy.ndarray
         How much less of it the stages of the steps have, shape (blocks,), J s.
     multipliers : numpy.ndarray
@@ -98,8 +98,8 @@ class Sums:
 #: What is summed.
 SUMS = tuple(field.name for field in fields(Sums))
 
-#: Of so many steps at least, evenly spread, the energies of the stages are looked at each time.
-SAMPLES = 128
+#: The energies at the stages are looked at in so many steps at first, then in every so many.
+ALL, EVERY = 128, 4
 #: What of the ledger beside the stored energy tells how large the energies of a run are.
 MOVED = ("potential", "supplied", "dissipated", "numerical", "projected")
 
@@ -129,6 +129,7 @@ class Monitor:
         self._unit = state_scale(system)[self.sums.multipliers] if self.sums.multipliers.size else np.zeros(0)
         self._last = np.zeros((0, self.sums.multipliers.size))
         self._before, self._t, self._residual = self._stored(start[None])[0], 0.0, 0.0
+        self._count = 0
         self.sums.energy[0] = abs(float(self._before.sum()))
 
     @np.errstate(all="ignore")  # energies may be too large for a number: the run then ends with a status
@@ -157,13 +158,17 @@ class Monitor:
             worst = int(values.argmax())
             if values[worst] > sums.energy[place]:
                 sums.energy[place], sums.when[place - 1] = values[worst], t[worst]
-        some = np.arange(0, dt.size, max(1, dt.size // SAMPLES))
+        number = self._count + np.arange(dt.size)
+        share = np.where(number < ALL, 1.0, np.where(number % EVERY == 0, EVERY, 0.0))
+        some = np.flatnonzero(share)
         ends = stored if self._system.quadratic else self._stored(x)
         mean = 0.5 * (ends + np.concatenate([self._before[None], ends[:-1]]))[some]
         stages = z[(some[:, None] * self._weights.size + np.arange(self._weights.size)).ravel()]
-        sums.held += dt[some] @ mean
-        sums.missed += dt[some] @ (mean - self._weighted(self._stored(stages), some.size))
+        span = share[some] * dt[some]
+        sums.held += span @ mean
+        sums.missed += span @ (mean - self._weighted(self._stored(stages), some.size))
         self._before, self._t, self._residual = ends[-1], float(t[-1]), float(since[-1])
+        self._count += dt.size
         if sums.multipliers.size:
             forces = self._weighted(z[:, sums.multipliers] / self._unit, dt.size)
             sums.carried += np.sum(forces**2, axis=0)
@@ -191,7 +196,7 @@ class Monitor:
             **self.sums.arrays(),
             "last": self._last,
             "before": self._before,
-            "at": np.array([self._t, self._residual]),
+            "at": np.array([self._t, self._residual, self._count]),
         }
 
     def remember(self, memory: Mapping[str, Floats]) -> None:
@@ -204,7 +209,8 @@ class Monitor:
         """
         self.sums = Sums.of(memory)
         self._last, self._before = memory["last"], memory["before"]
-        self._t, self._residual = map(float, memory["at"])
+        self._t, self._residual, count = map(float, memory["at"])
+        self._count = int(count)
 
 
 def multipliers_of(system: System) -> Ints:
