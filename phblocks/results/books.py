@@ -101,7 +101,7 @@ class Books:
         Of energy, the kinds.
     sharing : numpy.ndarray
         Which blocks share states with others, shape (blocks,).
-    moving : numpy.ndarray
+    moving : numpy.ndarray or slice
         The components of the positions of material points that anything moves, numbered point by point.
     """
 
@@ -165,22 +165,23 @@ class Books:
         turns, angles = np.diff(system.point_angles.rows.indptr) > 0, system.point_angles.reference
         away = moved.any(axis=1) & (turns | (angles != 0.0))
         moved[away] = True
-        self.moving = np.flatnonzero(moved.ravel())
+        moving = np.flatnonzero(moved.ravel())
         place = np.cumsum(moved.ravel()).reshape(moved.shape) - 1
         self._turning, tilted = np.flatnonzero(away & turns), np.flatnonzero(away & ~turns)
         self._turned = place[self._turning]
-        lean = np.where(np.isin(self.moving // d, tilted), 0.0, 1.0)  # what frames that stay turn, is turned here
+        lean = np.where(np.isin(moving // d, tilted), 0.0, 1.0)  # what frames that stay turn, is turned here
         i, j = np.repeat(place[tilted], d, axis=1), np.tile(place[tilted], d)
         turns_of = rotate(angles[tilted, None], np.broadcast_to(np.eye(d), (tilted.size, d, d))).transpose(0, 2, 1)
         stay = Triplets.of(np.flatnonzero(lean), np.flatnonzero(lean), values=1.0)
         turned = Triplets.of(i.ravel(), j.ravel(), values=turns_of.ravel())
-        frames = Triplets.join([stay, turned]).csr((self.moving.size, self.moving.size))
-        self._velocity = sp.csr_array(frames @ system.point_velocity[self.moving])
+        frames = Triplets.join([stay, turned]).csr((moving.size, moving.size))
+        self._velocity = sp.csr_array(frames @ system.point_velocity[moving])
         points = [p.points.stop - p.points.start for p in system.parts]
-        block = np.repeat(np.arange(self.n_blocks), points)[self.moving // d]
-        weight = -(system.point_mass[:, None] * system.gravity).ravel()[self.moving]
+        block = np.repeat(np.arange(self.n_blocks), points)[moving // d]
+        weight = -(system.point_mass[:, None] * system.gravity).ravel()[moving]
         heavy = np.flatnonzero(weight)
-        self._weight = Triplets.of(block[heavy], heavy, values=weight[heavy]).csr((self.n_blocks, self.moving.size))
+        self._weight = Triplets.of(block[heavy], heavy, values=weight[heavy]).csr((self.n_blocks, moving.size))
+        self.moving: Ints | slice = moving if moving.size < moved.size else slice(None)
 
     def zero(self) -> dict[str, Floats]:
         """Return totals at the start.
