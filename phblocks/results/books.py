@@ -159,29 +159,32 @@ class Books:
         self.sharing = np.isin(np.arange(self.n_blocks), [b for blocks in groups for b in blocks])
 
     def _prepare_points(self) -> None:
-        """Find the components of positions that anything moves, and those in frames that are not the fixed one."""
+        """Find the components of positions that anything moves, their velocities, and what gravity does there."""
         system, d = self.system, self.system.dimension
         moved = np.diff(system.point_velocity.indptr).reshape(-1, d) > 0
         turns, angles = np.diff(system.point_angles.rows.indptr) > 0, system.point_angles.reference
         away = moved.any(axis=1) & (turns | (angles != 0.0))
-        moved[away] = True
-        moving = np.flatnonzero(moved.ravel())
-        place = np.cumsum(moved.ravel()).reshape(moved.shape) - 1
-        self._turning, tilted = np.flatnonzero(away & turns), np.flatnonzero(away & ~turns)
+        moved[away] = True  # a frame that is not the fixed one mixes the components
+        moving, place = np.flatnonzero(moved.ravel()), np.cumsum(moved.ravel()).reshape(moved.shape) - 1
+        self.moving: Ints | slice = moving if moving.size < moved.size else slice(None)
+        self._turning = np.flatnonzero(away & turns)
         self._turned = place[self._turning]
-        lean = np.where(np.isin(moving // d, tilted), 0.0, 1.0)  # what frames that stay turn, is turned here
-        i, j = np.repeat(place[tilted], d, axis=1), np.tile(place[tilted], d)
-        turns_of = rotate(angles[tilted, None], np.broadcast_to(np.eye(d), (tilted.size, d, d))).transpose(0, 2, 1)
-        stay = Triplets.of(np.flatnonzero(lean), np.flatnonzero(lean), values=1.0)
-        turned = Triplets.of(i.ravel(), j.ravel(), values=turns_of.ravel())
-        frames = Triplets.join([stay, turned]).csr((moving.size, moving.size))
+        tilted = np.flatnonzero(away & ~turns)
+        axes = rotate(angles[tilted, None], np.broadcast_to(np.eye(d), (tilted.size, d, d)))
+        rows, columns = np.tile(place[tilted], d), np.repeat(place[tilted], d, axis=1)  # of the image of each axis
+        others = np.setdiff1d(np.arange(moving.size), place[tilted])
+        frames = Triplets.join(
+            [
+                Triplets.of(others, others, values=1.0),
+                Triplets.of(rows.ravel(), columns.ravel(), values=axes.ravel()),
+            ]
+        ).csr((moving.size, moving.size))
         self._velocity = sp.csr_array(frames @ system.point_velocity[moving])
         points = [p.points.stop - p.points.start for p in system.parts]
         block = np.repeat(np.arange(self.n_blocks), points)[moving // d]
         weight = -(system.point_mass[:, None] * system.gravity).ravel()[moving]
         heavy = np.flatnonzero(weight)
         self._weight = Triplets.of(block[heavy], heavy, values=weight[heavy]).csr((self.n_blocks, moving.size))
-        self.moving: Ints | slice = moving if moving.size < moved.size else slice(None)
 
     def zero(self) -> dict[str, Floats]:
         """Return totals at the start.
