@@ -151,20 +151,47 @@ class Drive:
         InputFailed
             If a signal raises an exception, or gives a value of another shape or kind.
         """
-        if not self._signals:
-            return self._constant[None].repeat(len(times), axis=0)
-        u = np.tile(self._constant, (len(times), 1))
+        u, error = self.ahead(times)
+        if error is not None:
+            raise error
+        return u
+
+    def ahead(self, times: Sequence[float]) -> tuple[Floats, InputFailed | NotFinite | None]:
+        """Evaluate all inputs as far as they can be; each signal is asked once for each time, in their order.
+
+        Parameters
+        ----------
+        times : sequence of float
+            s, increasing.
+
+        Returns
+        -------
+        u : numpy.ndarray
+            Shape (times up to the first that fails, n_inputs).
+        error : InputFailed or NotFinite or None
+            What is wrong at the next one.
+
+        Raises
+        ------
+        PrunedError
+            If it is not zero where that was taken for granted.
+        """
+        u, good = np.tile(self._constant, (len(times), 1)), len(times)
+        wrong: InputFailed | NotFinite | None = None
         for name, signal, span in self._signals:
-            for i, t in enumerate(times):
+            for i, t in enumerate(times[:good]):
                 try:
                     u[i, span] = self._value(name, signal(t), len(span), t)
                 except Exception as error:
-                    raise InputFailed(t, name, error) from error
+                    good, wrong = i, InputFailed(t, name, error)
+                    wrong.__cause__ = error
+                    break
                 if self._quiet:
                     self._system.pruning.require_quiet(self._system, u[i], f"simulate inputs at t = {t:g} s")
                 if not np.isfinite(u[i, span]).all():
-                    raise NotFinite(t, name)
-        return u
+                    good, wrong = i, NotFinite(t, name)
+                    break
+        return u[:good], wrong
 
     @staticmethod
     def _value(name: str, value: object, size: int, t: float) -> Floats:

@@ -198,13 +198,16 @@ class Run:
         with bar:
             try:
                 for taken, at, saved in steps:
-                    sound = len(taken) - _is_too_large(taken)
-                    if sound:
+                    sound = _count_sound(taken)
+                    if sound == len(taken):
+                        self.recorder.add(taken, at, saved)
+                    elif sound:
                         self.recorder.add(taken.first(sound), at[:sound], saved[:sound])
+                    if sound:
                         bar.update(at[sound - 1] - self.t)
                         self.t = float(at[sound - 1])
                     if sound < len(taken):
-                        raise StepFailed(self.t, float(taken.dt[-1]), TOO_LARGE)
+                        raise StepFailed(self.t, float(taken.dt[sound]), TOO_LARGE)
             except NotFinite as error:
                 status = Status.input_not_finite(error.time, error.name)
             except InputFailed as error:
@@ -285,13 +288,14 @@ class Run:
         return Statistics(**self._totals(), **{name: steps[name] for name in STEPS})  # type: ignore[arg-type]
 
 
-def _is_too_large(steps: Steps) -> bool:
-    """Whether the states after the last step, or their energy, are; a walk yields no step after such a one."""
-    x = steps.x[-1]
+def _count_sound(steps: Steps) -> int:
+    """How many steps there are before the states after one, or their energy, are too large for a number."""
+    x = steps.x
     if max(x.max(), -x.min()) < SAFE:
-        return False
+        return len(steps)
     with np.errstate(all="ignore"):
-        return not np.isfinite(x @ x)
+        sound = np.isfinite(np.square(x).sum(axis=1))
+    return len(steps) if sound.all() else int(sound.argmin())
 
 
 class _NotWritten(Exception):

@@ -98,8 +98,9 @@ class Sums:
 #: What is summed.
 SUMS = tuple(field.name for field in fields(Sums))
 
-#: The energies at the stages are looked at in so many steps at first, then in every so many.
-ALL, EVERY = 128, 4
+#: The energies at the stages are looked at in so many steps at first, then in one of so many: multiples of the golden
+#: ratio are evenly spread, and in step with no oscillation.
+ALL, FEW, GOLDEN = 128, 4.0, 0.5 * (np.sqrt(5.0) - 1.0)
 #: What of the ledger beside the stored energy tells how large the energies of a run are.
 MOVED = ("potential", "supplied", "dissipated", "numerical", "projected")
 
@@ -153,13 +154,13 @@ class Monitor:
         """
         sums, t, since = self.sums, self._t + np.cumsum(dt), self._residual + np.cumsum(residual)
         moved = [stored.sum(axis=1), *(totals[k].sum(axis=1) for k in MOVED)]
-        sums.energy[0] = max(sums.energy[0], *(float(np.abs(series).max()) for series in moved))
+        sums.energy[0] = np.max([sums.energy[0], *(np.abs(series).max() for series in moved)])
         for place, values in ((1, np.abs(residual)), (2, np.abs(since))):
             worst = int(values.argmax())
-            if values[worst] > sums.energy[place]:
+            if not values[worst] <= sums.energy[place]:  # a value that is no number is the worst
                 sums.energy[place], sums.when[place - 1] = values[worst], t[worst]
         number = self._count + np.arange(dt.size)
-        share = np.where(number < ALL, 1.0, np.where(number % EVERY == 0, EVERY, 0.0))
+        share = np.where(number < ALL, 1.0, np.where(number * GOLDEN % 1.0 < 1.0 / FEW, FEW, 0.0))
         some = np.flatnonzero(share)
         ends = stored if self._system.quadratic else self._stored(x)
         mean = 0.5 * (ends + np.concatenate([self._before[None], ends[:-1]]))[some]
@@ -196,7 +197,8 @@ class Monitor:
             **self.sums.arrays(),
             "last": self._last,
             "before": self._before,
-            "at": np.array([self._t, self._residual, self._count]),
+            "at": np.array([self._t, self._residual]),
+            "count": np.array(float(self._count)),
         }
 
     def remember(self, memory: Mapping[str, Floats]) -> None:
@@ -209,8 +211,8 @@ class Monitor:
         """
         self.sums = Sums.of(memory)
         self._last, self._before = memory["last"], memory["before"]
-        self._t, self._residual, count = map(float, memory["at"])
-        self._count = int(count)
+        self._t, self._residual = map(float, memory["at"])
+        self._count = int(memory.get("count", ALL))
 
 
 def multipliers_of(system: System) -> Ints:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from phblocks.results.books import Books
 from phblocks.results.changes import added_by_projection, taken_by_method
 from phblocks.results.middles import Middles
 from phblocks.results.monitor import Monitor, Sums
-from phblocks.solvers.method import Unknowns
+from phblocks.solvers.method import Booked, Unknowns
 from phblocks.solvers.schedule import together
 from phblocks.solvers.step import Steps
 from phblocks.system import State, System
@@ -199,7 +200,7 @@ class Recorder:
     nodes: tuple[float, ...]
     t: float
     start: State
-    _steps: list[tuple[Steps, Floats, NDArray[np.bool_]]] = field(default_factory=list)
+    _steps: list[Booked] = field(default_factory=list)
     _losses: list[list[Floats]] = field(default_factory=list)
     _count: int = 0
     _saved: dict[str, list[Any]] = field(default_factory=dict)
@@ -214,6 +215,7 @@ class Recorder:
         self._totals = self._books.zero()
         self._worst = [np.zeros(len(self.system.parts)), np.zeros(len(self.system.connections.names))]
         self._room = max(CHUNK, together(self.system.n))
+        self._unsaved: tuple[tuple[Floats, Floats, Floats, Floats, Floats], dict[str, Floats]] | None = None
         self._error_since = 0.0
         self._integral = np.zeros(self.system.n_inputs)
         self._middles, self._open = Middles(self.system, self.nodes), True
@@ -274,6 +276,10 @@ class Recorder:
             _, at, saved = self._steps[-1]
             if not saved[-1]:
                 at[-1], saved[-1] = t, True
+        elif self._unsaved:
+            arrays, totals = self._unsaved
+            self._keep(np.array([t]), *arrays, totals, np.array([self._error_since]))
+            self._unsaved, self._open = None, True
 
     def finish(self) -> tuple[Recording, dict[str, Floats]]:
         """Evaluate what is left.
@@ -410,7 +416,7 @@ class Recorder:
         self._monitor.add(dt, residual, ends, totals, x, z)
 
         saved = np.flatnonzero(kept)
-        error[0] = max(self._error_since, error[0])
+        error[0] = np.maximum(self._error_since, error[0])
         after = int(saved[-1]) + 1 if saved.size else 0
         # the largest up to each saved time since the one before
         errors = np.maximum.reduceat(error[:after], np.append(0, saved[:-1] + 1)) if saved.size else np.zeros(0)
@@ -430,6 +436,10 @@ class Recorder:
         self._open = bool(kept[-1])
         self._stored, self._points, self._integral = stored[-1:], self._at(way[-1:])[0], integral[-1]
         self._totals = {key: total[-1] for key, total in totals.items()}
+        self._unsaved = None
+        if not kept[-1]:
+            states = (x[-1:], steps.theta[-1:], self._points[None], integral[-1:], stored[-1:])
+            self._unsaved = states, {key: total[-1:] for key, total in totals.items()}
         self._steps.clear()
         self._losses.clear()
         self._count = 0
@@ -494,10 +504,11 @@ def _summed_up(before: Floats, flow: Floats) -> Floats:
     return np.asarray(before + np.cumsum(flow, axis=0) if flow.any() else np.broadcast_to(before, flow.shape))
 
 
+@cache
 def _keep_memory() -> None:
     """Let what is evaluated together be where it was the time before, instead of fetched page by page from the system.
 
     The C library of Linux gives free memory back at once, unless a larger block was freed before: mallopt(3),
-    M_MMAP_THRESHOLD. Elsewhere it does nothing.
+    M_MMAP_THRESHOLD. Elsewhere it does nothing. Once for a process.
     """
     np.empty(LARGEST)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
-from phblocks.inputs import Drive, InputFailed, NotFinite
+from phblocks.inputs import Drive
 from phblocks.solvers.method import Booked, Marching, Stepper
 from phblocks.solvers.schedule import MANY, Schedule
 from phblocks.solvers.step import StepFailed, Steps, failure
@@ -67,17 +67,22 @@ class EqualSteps:
                 yield from self._advance(*interval)
             return
         for begin, length, end, saved in self._schedule.stretches(self._intervals, self._longest):
-            times, u = self._ahead(begin[:, None] + length * np.array(self.nodes))
+            times = begin[:, None] + length * np.array(self.nodes)
+            values, wrong = self._drive.ahead(times.ravel().tolist())
+            whole = len(values) // len(self.nodes)  # steps that know all their inputs
+            u = values[: whole * len(self.nodes)].reshape(whole, len(self.nodes), values.shape[1])
             done, alone = 0, False
             while done < begin.size:
-                steps = None if alone or done >= len(u) else stepper.march(self._x, self._theta, length, u[done:])
+                if done == whole and wrong is not None:
+                    raise wrong
+                steps = None if alone else stepper.march(self._x, self._theta, length, u[done:])
                 if steps is None:
                     before = self.halvings
-                    yield from self._advance(float(begin[done]), length, float(end[done]), bool(saved[done]))
+                    yield from self._advance(begin[done], length, end[done], saved[done], u[done])
                     done, alone = done + 1, self.halvings > before
                     continue
                 taken = slice(done, done + len(steps))
-                done, alone = taken.stop, taken.stop < len(u)
+                done, alone = taken.stop, taken.stop < whole
                 self._x, self._theta = steps.last.x, steps.last.theta
                 self.steps, self._intervals = self.steps + len(steps), self._intervals + len(steps)
                 self._asked = times[done - 1].tolist(), steps.u[-1]
@@ -110,23 +115,17 @@ class EqualSteps:
         self._intervals, self.steps, self.halvings = map(int, mark["counts"])
         self._x, self._theta = mark["x"], mark["theta"]
 
-    def _ahead(self, times: Floats) -> tuple[Floats, Floats]:
-        """Evaluate the inputs at all nodes of a stretch, or as far as they can be; a step will say what is wrong."""
-        try:
-            u = self._drive.at(times.ravel().tolist())
-        except (InputFailed, NotFinite) as error:
-            times = times[: int(np.searchsorted(times.max(axis=1), error.time))]
-            u = self._drive.at(times.ravel().tolist())
-        return times, u.reshape(*times.shape, u.shape[1])
-
-    def _advance(self, t0: float, length: float, t1: float, save: bool) -> Iterator[Booked]:
-        """Go from t0 to t1 = t0 + length, in one step if possible."""
+    def _advance(
+        self, t0: float, length: float, t1: float, save: bool, known: Floats | None = None
+    ) -> Iterator[Booked]:
+        """Go from t0 to t1 = t0 + length, in one step if possible, for which the inputs may be known."""
         done, parts = 0, 1  # the interval is cut into `parts`, of which `done` are behind us
         while done < parts:
             h = length / parts
             t = t0 + done * h
             times = [t + c * h for c in self._stepper.nodes]
-            u = self._drive.at(times)
+            u = self._drive.at(times) if known is None else known
+            known = None
             step = self._stepper.step(self._x, self._theta, h, u)
             if step is None:
                 if parts >= 2**self._max_halvings:

@@ -60,8 +60,14 @@ class LinearStepper:
         Step or None
             ``None`` if the matrix is singular, or numbers are too large.
         """
-        steps = self.march(x, theta, dt, u[None])
-        return None if steps is None else steps.last
+        stage, method = self.stage, self.stage.collocation
+        z, ends = stage.loads(u)[None], np.empty((1, stage.n))
+        if not (self._is_ready(dt) and self._recursion.run(x, z, ends) and np.isfinite(z).all()):
+            return None
+        turning = dt * stage.spins(z[0], u) if theta.size else np.zeros((len(u), 0))
+        lost = stage.lost(x, ends, z)
+        damped = None if lost is None else lost[0]
+        return Step(ends[0], theta + method.b @ turning, z[0], theta + method.A @ turning, u, dt, 0, damped=damped)
 
     def march(self, x: Floats, theta: Floats, dt: float, u: Floats) -> Steps | None:
         """Take several steps; see :class:`~phblocks.solvers.method.Marching`.
@@ -83,10 +89,8 @@ class LinearStepper:
             Up to the first that ends in a state too large to be sure of; ``None`` if the first has no solution.
         """
         stage, method = self.stage, self.stage.collocation
-        if self._factored_for != dt:
-            self._factored_for = dt if self._recursion.factorise(dt) else None
-            if self._factored_for is None:
-                return None
+        if not self._is_ready(dt):
+            return None
         z, ends = stage.loads(u), np.empty((len(u), stage.n))
         count = self._recursion.run(x, z, ends)
         if count and not (np.isfinite(z[count - 1]).all() and np.isfinite(ends[count - 1]).all()):
@@ -95,11 +99,17 @@ class LinearStepper:
             return None
         u, z, ends = u[:count], z[:count], ends[:count]
         turning = dt * stage.spins(z, u)
-        turned = np.cumsum(method.b @ turning, axis=0)
-        thetas = theta + np.concatenate([np.zeros((1, theta.size)), turned])
-        theta_z, none = thetas[:-1, None] + method.A @ turning, np.zeros(count)
-        lengths, damped = np.full(count, dt), stage.lost(x, ends, z)
-        return Steps(ends, thetas[1:], z, theta_z, u, lengths, none.astype(np.int64), none, none, damped=damped)
+        thetas = np.cumsum(np.concatenate([theta[None], method.b @ turning]), axis=0)
+        theta_z, lengths = thetas[:-1, None] + method.A @ turning, np.full(count, dt)
+        iterations, residual, lag = np.zeros(count, dtype=np.int64), np.zeros(count), np.zeros(count)
+        damped = stage.lost(x, ends, z)
+        return Steps(ends, thetas[1:], z, theta_z, u, lengths, iterations, residual, lag, damped=damped)
+
+    def _is_ready(self, dt: float) -> bool:
+        """Whether there are factors for steps of a length; they are kept as long as it stays the same."""
+        if self._factored_for != dt:
+            self._factored_for = dt if self._recursion.factorise(dt) else None
+        return self._factored_for is not None
 
 
 class Recursion(Protocol):

@@ -112,7 +112,8 @@ class Marching(Stepper, Protocol):
         Returns
         -------
         Steps or None
-            As far as there are solutions; ``None`` if the first step has none.
+            As far as there are solutions, at least one; ``None`` if the first step has none. They may end earlier,
+            and should where numbers become too large: the run asks again from there.
         """
         ...
 

@@ -14,6 +14,8 @@ from phblocks.triplets import Floats
 
 #: Steps that are taken and evaluated together: at most so many, of about so many unknowns in all.
 MANY, NUMBERS = 4096, 2**17
+#: Lengths that differ by less, relative, are one: the differences of times vary by round-off.
+SAME = 1e-9
 #: Intervals of one length in a row: their begins, their length, their ends, and which ends are saved.
 Stretch = tuple[Floats, float, Floats, NDArray[np.bool_]]
 
@@ -127,12 +129,14 @@ class Schedule:
         """
         held: list[Stretch] = []
         count = 0
-        for piece in self._pieces(first, longest):
-            count += piece[0].size
-            if held and (held[0][1] != piece[1] or count > longest):
+        for begin, length, end, saved in self._pieces(first, longest):
+            if held and abs(length - held[0][1]) <= SAME * length:
+                length = held[0][1]
+            count += begin.size
+            if held and (held[0][1] != length or count > longest):
                 yield _joined(held)
-                held, count = [], piece[0].size
-            held.append(piece)
+                held, count = [], begin.size
+            held.append((begin, length, end, saved))
         if held:
             yield _joined(held)
 
@@ -147,6 +151,11 @@ class Schedule:
             last = length if apart else self._length(end - (steps - 1) * h)
             whole = steps if last == length else steps - 1
             before = max(0, first - count)
+            if steps == 1 and not before:  # a time that is asked for at every step
+                one = np.array([begin]), last, np.array([end]), np.array([True])
+                count += 1
+                yield one
+                continue
             cuts = ((low, min(low + longest, whole), length) for low in range(before, whole, longest))
             for low, high, size in itertools.chain(cuts, [(max(whole, before), steps, last)]):
                 k = np.arange(low, high)
@@ -162,8 +171,8 @@ class Schedule:
         return max(1, math.ceil((end - begin) / self.dt - 1e-9))
 
     def _length(self, length: float) -> float:
-        # the differences of times vary by round-off, which would cost a linear system its kept factor
-        return self.dt if abs(length - self.dt) <= 1e-9 * self.dt else length
+        # another length would cost a linear system its kept factor
+        return self.dt if abs(length - self.dt) <= SAME * self.dt else length
 
 
 def _joined(pieces: list[Stretch]) -> Stretch:

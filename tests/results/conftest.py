@@ -1,9 +1,13 @@
 """Runs that several tests read."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 import phblocks as ph
+from phblocks import loop
+from phblocks.results import recording
 
 SIGNALS = {
     "four-bar": {},
@@ -40,3 +44,19 @@ def solutions(run):
 @pytest.fixture
 def solution(solutions, name):
     return solutions[name]
+
+
+@pytest.fixture
+def cut_chunks(monkeypatch) -> Callable[[int], list[int]]:
+    """Take and evaluate so many steps together; returns a list of how many there were each time."""
+
+    def cut(chunk: int) -> list[int]:
+        counts: list[int] = []
+        flush = recording.Recorder._flush
+        monkeypatch.setattr(recording, "CHUNK", chunk)
+        monkeypatch.setattr(recording, "together", lambda n: 1)
+        monkeypatch.setattr(loop, "together", lambda n, whole: chunk)
+        monkeypatch.setattr(recording.Recorder, "_flush", lambda self: counts.append(self._count) or flush(self))
+        return counts
+
+    return cut

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from phblocks.results import recording as module
 from phblocks.results.middles import Middles
 
 m, J, r, g = 2.0, 0.3, 0.5, 9.81
@@ -87,12 +86,13 @@ def test_methods_with_stages_start_with_their_polynomial(pendulum, stages):
 
 
 @pytest.mark.parametrize("chunk", [1, 2, 7])
-def test_chunks_leave_no_trace(pendulum, chunk, monkeypatch):
+def test_chunks_leave_no_trace(pendulum, chunk, cut_chunks):
     whole = ph.simulate(pendulum, 0.3, 0.01)
-    monkeypatch.setattr(module, "CHUNK", chunk)
+    counts = cut_chunks(chunk)
     np.testing.assert_array_equal(ph.simulate(pendulum, 0.3, 0.01).x, whole.x)
     some = ph.simulate(pendulum, 0.3, 0.01, save_every=4)
     np.testing.assert_array_equal(some.x, whole.x[[*range(0, 30, 4), 30]])
+    assert max(counts) <= chunk
 
 
 @pytest.mark.parametrize("steps", [1, 2])

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from phblocks.results import recording as module
-
 
 def middles(solution):
     """Midpoint states, orientations and steps, from the ends of the steps."""
@@ -119,9 +117,10 @@ def test_damping_is_booked(run, scenes):
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 40])
-def test_chunks_leave_no_trace(run, solutions, name, chunk, monkeypatch):
-    monkeypatch.setattr(module, "CHUNK", chunk)
+def test_chunks_leave_no_trace(run, solutions, name, chunk, cut_chunks):
+    counts = cut_chunks(chunk)
     one, other = solutions[name].recording, run(name).recording
+    assert max(counts) == chunk and len(counts) == -(-40 // chunk)
     for field in ("t", "x", "theta", "points", "input_integral"):
         np.testing.assert_allclose(getattr(other, field), getattr(one, field), rtol=1e-13, atol=1e-13)
     for field in dataclasses.fields(one.ledger):
@@ -133,8 +132,8 @@ def test_chunks_leave_no_trace(run, solutions, name, chunk, monkeypatch):
 
 
 @pytest.mark.parametrize(("chunk", "every"), [(5, 7), (7, 5), (4, 40), (128, 3)])
-def test_saving_less_keeps_the_books_over_all_steps(run, solutions, name, chunk, every, monkeypatch):
-    monkeypatch.setattr(module, "CHUNK", chunk)
+def test_saving_less_keeps_the_books_over_all_steps(run, solutions, name, chunk, every, cut_chunks):
+    cut_chunks(chunk)
     full, some = run(name), run(name, save_every=every)
     steps = full.t.size - 1
     saved = [*range(0, steps, every), steps] if steps % every else list(range(0, steps + 1, every))

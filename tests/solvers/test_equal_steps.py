@@ -6,8 +6,6 @@ import pytest
 import phblocks as ph
 from phblocks.solvers.equal_steps import EqualSteps
 
-WAYS = ["many", "single"]
-
 
 @pytest.fixture(params=["compiled", "interpreted"])
 def path(request, monkeypatch) -> None:
@@ -67,6 +65,31 @@ def test_the_same_run(runs, system):
     np.testing.assert_allclose(many.energy.total, single.energy.total, rtol=1e-12)
 
 
+class Memory:
+    """A signal that is asked in the order of time, once each, and has no answer after so many."""
+
+    def __init__(self, answers: int) -> None:
+        self.left, self.asked = answers, []
+
+    def __call__(self, t: float) -> tuple[float, float]:
+        self.asked.append(t)
+        self.left -= 1
+        if self.left < 0:
+            raise LookupError("no more")
+        return 0.0, 1.0
+
+
+def test_a_signal_with_a_memory_is_asked_once(system):
+    """Before a run: is it a function at all, does the beam spin, which must not. Then step by step."""
+    signal = Memory(10_000)
+    ph.simulate(system, 0.01, 0.01, inputs={"push": signal})
+    before = len(signal.asked) - 1
+    signal = Memory(before + 25)
+    run = ph.simulate(system, 0.4, 0.01, inputs={"push": signal})
+    assert run.status.name == "input failed" and run.statistics.steps == 25 and run.t[-1] == pytest.approx(0.25)
+    np.testing.assert_allclose(signal.asked[before:], 0.005 + 0.01 * np.arange(26))
+
+
 @pytest.mark.parametrize("wrong", [np.nan, "no number"])
 def test_an_input_that_fails_ends_the_run_there(runs, system, wrong):
     """The steps before are kept: the one from 0.12 s to 0.13 s is the first that looks after 0.123 s."""
@@ -96,10 +119,29 @@ def test_a_stretch_asks_each_input_once(system):
     np.testing.assert_allclose(asked[-20:], 0.005 + 0.01 * np.arange(20))
 
 
-def test_chunks_end_where_they_should(system, tmp_path):
+def test_chunks_end_where_they_should(system, tmp_path, monkeypatch):
     pytest.importorskip("h5py")
+    from phblocks.files.journal import Journal
+
+    steps, write = [], Journal.write
+    watched = lambda self, rows, *a, **k: steps.append(rows["newton_iterations"].size) or write(self, rows, *a, **k)  # noqa: E731
+    monkeypatch.setattr(Journal, "write", watched)
     whole = ph.simulate(system, 1.0, 0.01, inputs={"push": (0.0, 1.0)})
     stream = ph.Stream(tmp_path / "run.h5", chunk=30)
     stored = ph.simulate(system, 1.0, 0.01, inputs={"push": (0.0, 1.0)}, save=stream)
     np.testing.assert_allclose(stored.x, whole.x, atol=1e-9 * np.abs(whole.x).max())
-    assert stored.statistics.steps == 100
+    assert stored.statistics.steps == 100 and [size for size in steps if size] == [30, 30, 30, 10]
+
+
+@pytest.mark.parametrize(("every", "chunk"), [(7, 10), (7, 110), (50, 30), (1000, 20)])
+def test_a_run_on_disk_that_fails_keeps_the_last_state(system, tmp_path, every, chunk):
+    """Also where the chunk ends just there."""
+    pytest.importorskip("h5py")
+    options = {"inputs": {"push": lambda t: (0.0, 1.0 if t < 1.1 else np.nan)}, "save_every": every}
+    whole = ph.simulate(system, 2.0, 0.01, **options)
+    stored = ph.simulate(system, 2.0, 0.01, save=ph.Stream(tmp_path / "run.h5", chunk=chunk), **options)
+    assert whole.statistics.steps == stored.statistics.steps == 110
+    np.testing.assert_allclose(stored.t, whole.t, rtol=1e-14)
+    assert stored.t[-1] == pytest.approx(1.1)
+    np.testing.assert_allclose(stored.x, whole.x, atol=1e-9 * np.abs(whole.x).max())
+    np.testing.assert_allclose(stored.energy.total, whole.energy.total, atol=1e-12)
