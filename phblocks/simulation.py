@@ -86,7 +86,8 @@ def simulate(
     inputs : mapping, optional
         For each exposed port (by the name given in ``expose``) a constant or a function of time, s; scalars for
         scalar ports, arrays of shape (dimension,) in the fixed frame for vectors. A force or moment that is not
-        given is zero; an imposed velocity has to be given.
+        given is zero; an imposed velocity has to be given. Functions are of time alone: they are asked ahead of the
+        run, for up to 4096 steps, and a step that fails asks for times before those again.
     save_every : int, optional
         Save every so many steps, each by default; balances are kept over all steps nevertheless.
     max_halvings : int, optional

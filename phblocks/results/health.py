@@ -225,8 +225,8 @@ class Health:
             float(part[worst]),
             limit=self.limits.alternation,
             where=run.labels.state_names[sums.multipliers[worst]],
-            advice="Its constraint is met in the middle of steps only, because an imposed velocity jumps or dt is far "
-            "too long: make it smooth, or take a smaller dt.",
+            advice="An imposed velocity jumps, or the motion has waves that dt does not resolve: make it smooth, take "
+            "a smaller dt, a little internal damping, or method=ph.RadauIIA(3).",
         )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import phblocks as ph
-from tests.benchmarks import compilation, effects, health, import_time, newton_iteration, tables
+from tests.benchmarks import compilation, effects, health, import_time, multipliers, newton_iteration, tables
 
 
 def test_an_iteration_is_measured():
@@ -93,6 +93,11 @@ def test_pruned_runs_are_measured():
     for make in effects.SCENES.values():
         unknowns, times = effects.measure(make, 4, steps=5, rounds=1)
         assert 0 < unknowns[0] < unknowns[1] and min(times) > 0.0
+
+
+def test_multipliers_are_measured():
+    parts = multipliers.measure(None, ph.Midpoint(), 1e-4, 60)
+    assert list(parts) == ["N1", "N2"] and all(0.0 < last < size for size, _, last in parts.values())
 
 
 def test_linear_runs_are_measured():
