@@ -340,6 +340,22 @@ class Books:
         }
 
 
+def over_last(values: Floats) -> Floats:
+    """Sum over the last axis, which is short: several times as fast as ``sum``.
+
+    Parameters
+    ----------
+    values : numpy.ndarray
+        Shape (..., k).
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (...).
+    """
+    return np.asarray(values[..., 0] if values.shape[-1] == 1 else values @ np.ones(values.shape[-1]))
+
+
 def _of_blocks(system: System) -> tuple[sp.csr_array, sp.csr_array]:
     """E and R of all blocks, each in its own coordinates."""
     if system.sharing.trivial:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from phblocks.results.books import Books
+from phblocks.results.books import Books, over_last
 from phblocks.system import System
 from phblocks.system.scaling import state_scale
 from phblocks.triplets import Floats, Ints
@@ -153,7 +153,7 @@ class Monitor:
             States after each, shape (steps, n), and at all stages, shape (steps * stages, n).
         """
         sums, t, since = self.sums, self._t + np.cumsum(dt), self._residual + np.cumsum(residual)
-        moved = [stored.sum(axis=1), *(totals[k].sum(axis=1) for k in MOVED)]
+        moved = [over_last(series) for series in (stored, *(totals[k] for k in MOVED))]
         sums.energy[0] = np.max([sums.energy[0], *(np.abs(series).max() for series in moved)])
         for place, values in ((1, np.abs(residual)), (2, np.abs(since))):
             worst = int(values.argmax())
@@ -179,7 +179,7 @@ class Monitor:
 
     def _stored(self, x: Floats) -> Floats:
         """Energy by block that is quadratic, shape (times, blocks)."""
-        return np.asarray(self._books.quadratic(x).sum(axis=2))
+        return over_last(self._books.quadratic(x))
 
     def _weighted(self, values: Floats, steps: int) -> Floats:
         """Means over the stages of each step."""

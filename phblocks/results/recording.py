@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phblocks.results.books import Books
+from phblocks.results.books import Books, over_last
 from phblocks.results.changes import added_by_projection, taken_by_method
 from phblocks.results.middles import Middles
 from phblocks.results.monitor import Monitor, Sums
@@ -400,14 +400,14 @@ class Recorder:
         flows["projected"] = added_by_projection(steps, self._energies, self._lifted, blocks)
         flows["potential"] = self._books.potential(moved)
         stored = self._books.stored(x)
-        ends = stored.sum(axis=2)
-        change = np.diff(np.concatenate([self._stored.sum(axis=2), ends]), axis=0) + flows["potential"]
+        ends = over_last(stored)
+        change = np.diff(np.concatenate([over_last(self._stored), ends]), axis=0) + flows["potential"]
         lost = flows["dissipated"] + flows["numerical"] - flows["projected"]
         gain = flows["supplied_to"] - lost + self._books.received(flows["transferred"])
         missing = change - gain
         block_error = np.abs(self._books.of_groups(missing))
         flows["shared"] = missing * self._books.sharing
-        residual = change.sum(axis=1) - flows["supplied"].sum(axis=1) + lost.sum(axis=1)
+        residual = over_last(change) - over_last(flows["supplied"]) + over_last(lost)
         error = np.abs(residual)
         self._worst[0] = np.maximum(self._worst[0], block_error.max(axis=0, initial=0.0))
         connection_error = np.abs(flows["transferred"] - between_ports)

@@ -228,7 +228,7 @@ def factorise_real(tau: float, jacobian: Array, direct: Array, turned: Array, fa
 
 @compiled
 def eliminate_real(factor: Array) -> bool:
-    """Factorise what is in the band with partial pivots; its columns are rows of ``band``."""
+    """Factorise what is in the band with partial pivots; its columns are rows of ``band``. Pivots are inverted."""
     band, pivots, width = factor[0], factor[2], factor[3]
     flat, column = band.ravel(), np.empty(width + 1)
     (n, height), reach = band.shape, 0
@@ -251,7 +251,7 @@ def eliminate_real(factor: Array) -> bool:
                 flat[here] = flat[here + chosen]
                 flat[here + chosen] = held
                 here += height - 1
-        inverse = 1.0 / flat[at]
+        flat[at] = inverse = 1.0 / flat[at]  # which nothing but the substitution looks at again
         for i in range(1, most + 1):
             column[i] = flat[at + i] = flat[at + i] * inverse
         here = at
@@ -307,7 +307,7 @@ def eliminate_complex(factor: Array) -> bool:
                 re[there], im[there] = held_re, held_im
                 here += height - 1
         inverse = 1.0 / complex(re[at], im[at])
-        a, b = inverse.real, inverse.imag
+        re[at], im[at] = a, b = inverse.real, inverse.imag
         for i in range(1, most + 1):
             x, y = re[at + i], im[at + i]
             column_re[i] = re[at + i] = a * x - b * y
@@ -338,7 +338,7 @@ def substitute_real(factor: Array, b: Array) -> None:
         for i in range(most):
             target[i] -= value * column[i]
     for j in range(n - 1, -1, -1):
-        value = b[j] / band[j, d]
+        value = b[j] * band[j, d]
         b[j] = value
         most = min(d, j)
         column, target = band[j, d - most : d], b[j - most : j]
@@ -363,7 +363,7 @@ def substitute_complex(factor: Array, x: Array, y: Array) -> None:
             target_re[i] -= a * column_re[i] - b * column_im[i]
             target_im[i] -= a * column_im[i] + b * column_re[i]
     for j in range(n - 1, -1, -1):
-        value = complex(x[j], y[j]) / complex(re[j, d], im[j, d])
+        value = complex(x[j], y[j]) * complex(re[j, d], im[j, d])
         a, b = value.real, value.imag
         x[j], y[j] = a, b
         most = min(d, j)
