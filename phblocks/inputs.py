@@ -156,12 +156,12 @@ class Drive:
             raise error
         return u
 
-    def ahead(self, times: Sequence[float]) -> tuple[Floats, InputFailed | NotFinite | None]:
+    def ahead(self, times: Sequence[float] | Floats) -> tuple[Floats, InputFailed | NotFinite | None]:
         """Evaluate all inputs as far as they can be; each signal is asked once for each time, in their order.
 
         Parameters
         ----------
-        times : sequence of float
+        times : sequence of float or numpy.ndarray
             s, increasing.
 
         Returns
@@ -176,7 +176,10 @@ class Drive:
         PrunedError
             If it is not zero where that was taken for granted.
         """
-        u, good = np.tile(self._constant, (len(times), 1)), len(times)
+        u, good = self._constant[None].repeat(len(times), axis=0), len(times)
+        if not self._signals:
+            return u, None
+        times = times.tolist() if isinstance(times, np.ndarray) else times
         wrong: InputFailed | NotFinite | None = None
         for name, signal, span in self._signals:
             for i, t in enumerate(times[:good]):

@@ -98,9 +98,10 @@ class Sums:
 #: What is summed.
 SUMS = tuple(field.name for field in fields(Sums))
 
-#: The energies at the stages are looked at in so many steps at first, then in one of so many: multiples of the golden
-#: ratio are evenly spread, and in step with no oscillation.
-ALL, FEW, GOLDEN = 128, 4.0, 0.5 * (np.sqrt(5.0) - 1.0)
+#: The energies at the stages are looked at in so many steps at first, then in one of so many.
+ALL, FEW = 128, 4
+#: Multiples of the golden ratio, here times 2^32 and modulo that, are evenly spread, and in step with no oscillation.
+GOLDEN, LIMIT = np.uint32(2654435769), np.uint32(2**32 // FEW)
 #: What of the ledger beside the stored energy tells how large the energies of a run are.
 MOVED = ("potential", "supplied", "dissipated", "numerical", "projected")
 
@@ -159,13 +160,13 @@ class Monitor:
             worst = int(values.argmax())
             if not values[worst] <= sums.energy[place]:  # a value that is no number is the worst
                 sums.energy[place], sums.when[place - 1] = values[worst], t[worst]
-        number = self._count + np.arange(dt.size)
-        share = np.where(number < ALL, 1.0, np.where(number * GOLDEN % 1.0 < 1.0 / FEW, FEW, 0.0))
-        some = np.flatnonzero(share)
+        number = np.arange(self._count, self._count + dt.size)
+        some = np.flatnonzero((number < ALL) | (number.astype(np.uint32) * GOLDEN < LIMIT))
+        share = np.where(number[some] < ALL, 1.0, FEW)
         ends = stored if self._system.quadratic else self._stored(x)
         mean = 0.5 * (ends + np.concatenate([self._before[None], ends[:-1]]))[some]
         stages = z[(some[:, None] * self._weights.size + np.arange(self._weights.size)).ravel()]
-        span = share[some] * dt[some]
+        span = share * dt[some]
         sums.held += span @ mean
         sums.missed += span @ (mean - self._weighted(self._stored(stages), some.size))
         self._before, self._t, self._residual = ends[-1], float(t[-1]), float(since[-1])

@@ -68,7 +68,7 @@ class EqualSteps:
             return
         for begin, length, end, saved in self._schedule.stretches(self._intervals, self._longest):
             times = begin[:, None] + length * np.array(self.nodes)
-            values, wrong = self._drive.ahead(times.ravel().tolist())
+            values, wrong = self._drive.ahead(times.ravel())
             whole = len(values) // len(self.nodes)  # steps that know all their inputs
             u = values[: whole * len(self.nodes)].reshape(whole, len(self.nodes), values.shape[1])
             done, alone = 0, False
