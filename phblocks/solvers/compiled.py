@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phblocks.solvers.bands import BandFactors, modes_of
 from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.collocation import CollocationEquation
-from phblocks.solvers.linear import WIDEST_BAND, band_places
+from phblocks.solvers.linear import is_narrow
 from phblocks.solvers.newton import FAR, FLOOR, ModifiedNewton, Newton
 from phblocks.solvers.past import FARTHEST, KEPT, Past
 from phblocks.solvers.step import SAFE, Step, Steps
@@ -62,8 +63,7 @@ def compiled_stepper(
     if not plain or type(newton) is not ModifiedNewton or not installed():
         return None
     equation = CollocationEquation.of(system, collocation)
-    narrow = band_places(equation.rows, equation.columns)[0] <= WIDEST_BAND
-    return CompiledStepper(equation, newton, predict) if narrow else None
+    return CompiledStepper(equation, newton, predict) if is_narrow(equation.rows, equation.columns) else None
 
 
 class CompiledStepper:
@@ -207,49 +207,3 @@ class CompiledStepper:
                 self._past.add(steps.row(i))
             self._past.add(steps.last)
         return steps
-
-
-class BandFactors:
-    """Room for the factors of the modes of a method, in bands.
-
-    Parameters
-    ----------
-    equation : CollocationEquation
-        Of the stages.
-
-    Attributes
-    ----------
-    arrays : tuple
-        Of the real mode and of the complex pair: both parts of the band, pivots, half-bandwidth; empty without one.
-    """
-
-    def __init__(self, equation: CollocationEquation) -> None:
-        width, _ = band_places(equation.rows, equation.columns)
-        values, pivots = equation.modes.values, np.zeros((2, equation.n), dtype=np.int64)
-        some = ((values.imag == 0.0).any(), values.imag.any())
-        real, paired = (np.zeros((equation.n if any_ else 0, 3 * width + 1)) for any_ in some)
-        self.arrays = (real, real[:0], pivots[0], width), (paired, paired.copy(), pivots[1], width)
-
-
-def modes_of(equation: CollocationEquation) -> tuple[Any, ...]:
-    """Take the modes of a method apart, for compiled code.
-
-    Parameters
-    ----------
-    equation : CollocationEquation
-        Of the stages.
-
-    Returns
-    -------
-    tuple
-        Eigenvalue, weights into the mode and out of it, of the real mode and of the complex one.
-    """
-    none: tuple[Any, ...] = (0.0, np.zeros(equation.collocation.b.size), np.zeros(equation.collocation.b.size))
-    real, paired = none, (0j, none[1] * 0j, none[2] * 0j)
-    modes = equation.modes
-    for value, left, right in zip(modes.values, modes.left, modes.right, strict=True):
-        if value.imag:
-            paired = (complex(value), left.copy(), right.copy())
-        else:
-            real = (float(value.real), left.real.copy(), right.real.copy())
-    return (*real, *paired)

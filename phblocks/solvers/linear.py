@@ -69,6 +69,22 @@ def band_places(rows: Ints, columns: Ints) -> tuple[int, Ints]:
     return width, np.asarray(columns * (3 * width + 1) + 2 * width + rows - columns, dtype=np.int64)
 
 
+def is_narrow(rows: Ints, columns: Ints) -> bool:
+    """Say whether a factorisation in a band is the faster one.
+
+    Parameters
+    ----------
+    rows, columns : numpy.ndarray
+        Places of the entries in the matrix.
+
+    Returns
+    -------
+    bool
+        Up to a half-bandwidth of :data:`WIDEST_BAND`.
+    """
+    return band_places(rows, columns)[0] <= WIDEST_BAND
+
+
 class BandedSolver:
     """LAPACK ``gbtrf`` and ``gbtrs`` on one reused array.
 
@@ -204,5 +220,4 @@ def linear_solver(rows: Ints, columns: Ints, n: int, kind: type = float) -> Line
     LinearSolver
         Banded up to a half-bandwidth of :data:`WIDEST_BAND`.
     """
-    width = int(np.abs(rows - columns).max(initial=0))
-    return (BandedSolver if width <= WIDEST_BAND else SparseSolver)(rows, columns, n, kind)
+    return (BandedSolver if is_narrow(rows, columns) else SparseSolver)(rows, columns, n, kind)

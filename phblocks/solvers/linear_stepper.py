@@ -6,10 +6,11 @@ from typing import Protocol
 
 import numpy as np
 
+from phblocks.solvers.bands import BandFactors, modes_of
 from phblocks.solvers.coefficients import Collocation
 from phblocks.solvers.collocation import CollocationEquation, ModeSolver, arrays_of
-from phblocks.solvers.compiled import BandFactors, installed, modes_of
-from phblocks.solvers.linear import WIDEST_BAND, band_places
+from phblocks.solvers.compiled import installed
+from phblocks.solvers.linear import band_places, is_narrow
 from phblocks.solvers.step import SAFE, Step, Steps
 from phblocks.system import System
 from phblocks.triplets import Floats, Ints
@@ -36,8 +37,7 @@ class LinearStepper:
     def __init__(self, system: System, collocation: Collocation) -> None:
         self.stage = equation = CollocationEquation.of(system, collocation)
         self.nodes, self.weights = (tuple(map(float, v)) for v in (collocation.c, collocation.b))
-        narrow = band_places(equation.rows, equation.columns)[0] <= WIDEST_BAND
-        fast = narrow and equation.n > 0 and installed()
+        fast = equation.n > 0 and installed() and is_narrow(equation.rows, equation.columns)
         self._recursion: Recursion = CompiledRecursion(equation) if fast else PlainRecursion(equation)
         self._factored_for: float | None = None
 
