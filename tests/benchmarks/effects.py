@@ -109,7 +109,7 @@ SCENES: dict[str, Callable[[int], ph.Diagram]] = {
 
 
 def measure(
-    make: Callable[[int], ph.Diagram], size: int, steps: int = 200, rounds: int = 7, dt: float = 1e-4
+    make: Callable[[int], ph.Diagram], size: int, steps: int = 200, rounds: int = 9, dt: float = 1e-4
 ) -> tuple[tuple[int, int], tuple[float, float]]:
     """Return unknowns and median times of the loop (s), pruned and whole."""
     systems = [make(size).compile(effects=effects) for effects in ("auto", "all")]
@@ -182,7 +182,7 @@ def main() -> None:
     rows = []
     for name, make in SCENES.items():
         for size in (12, 120, 1200):
-            steps = 60_000 // size
+            steps = 120_000 // size
             (few, all_), (mine, whole) = measure(make, size, steps)
             ratios = [f"{few / all_:.2f}", f"{mine / whole:.2f}"]
             times = [f"{1e6 * time / steps:.3g}" for time in (mine, whole)]
