@@ -199,11 +199,8 @@ class Run:
             try:
                 for taken, at, saved in steps:
                     sound = _count_sound(taken)
-                    if sound == len(taken):
-                        self.recorder.add(taken, at, saved)
-                    elif sound:
-                        self.recorder.add(taken.first(sound), at[:sound], saved[:sound])
                     if sound:
+                        self.recorder.add(taken.first(sound), at[:sound], saved[:sound])
                         bar.update(at[sound - 1] - self.t)
                         self.t = float(at[sound - 1])
                     if sound < len(taken):

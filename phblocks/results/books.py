@@ -50,21 +50,6 @@ class Coordinates:
         """
         return x if self._states else np.asarray((self._expansion @ x.T).T) + self._constant
 
-    def place(self, number: Ints) -> Ints:
-        """Find coordinates of blocks among them.
-
-        Parameters
-        ----------
-        number : numpy.ndarray
-            Numbers among those of all blocks.
-
-        Returns
-        -------
-        numpy.ndarray
-            Places, -1 for those that are zero.
-        """
-        return np.asarray(self._place[number])
-
     def of(self, entries: Triplets, axes: Sequence[int]) -> tuple[Triplets, Ints]:
         """Leave out the entries that multiply a coordinate that is zero.
 
@@ -82,7 +67,7 @@ class Coordinates:
         kept : numpy.ndarray
             Which there still are.
         """
-        indices = [self.place(i) if axis in axes else i for axis, i in enumerate(entries.indices)]
+        indices = [self._place[i] if axis in axes else i for axis, i in enumerate(entries.indices)]
         kept = np.flatnonzero(np.all([indices[axis] >= 0 for axis in axes], axis=0))
         return Triplets(tuple(i[kept] for i in indices), entries.values[kept]), kept
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from phblocks.triplets import Floats
+from phblocks.triplets import Floats, Ints
 
 #: Steps that are taken and evaluated together: at most so many, of about so many unknowns in all.
 MANY, NUMBERS = 4096, 2**17
@@ -63,24 +63,20 @@ class Schedule:
     times: tuple[float, ...] | None = None
     steps_too: bool = False
 
-    def saves(self, count: int) -> bool:
+    def saves(self, count: int | Ints) -> bool | NDArray[np.bool_]:
         """Say whether a step is saved because of its number; at the times asked for it is anyway.
 
         Parameters
         ----------
-        count : int
-            Its number, from 1.
+        count : int or numpy.ndarray
+            Its number, from 1, or those of several.
 
         Returns
         -------
-        bool
+        bool or numpy.ndarray
             Whether it is.
         """
-        return self._counted and count % self.save_every == 0
-
-    @property
-    def _counted(self) -> bool:
-        return self.times is None or self.steps_too
+        return (self.times is None or self.steps_too) & (count % self.save_every == 0)
 
     def targets(self) -> Iterator[tuple[float, float]]:
         """Iterate over the intervals between times that are saved.
@@ -161,9 +157,7 @@ class Schedule:
                 k = np.arange(low, high)
                 if k.size:
                     ends = np.asarray(np.where(k == steps - 1, end, begin + (k + 1) * h), dtype=np.float64)
-                    saved: NDArray[np.bool_] = (k == steps - 1) | (
-                        self._counted & ((count + k + 1) % self.save_every == 0)
-                    )
+                    saved: NDArray[np.bool_] = (k == steps - 1) | self.saves(count + k + 1)
                     yield np.asarray(begin + k * h, dtype=np.float64), size, ends, saved
             count += steps
 

@@ -395,13 +395,9 @@ class StageEquation:
         """Of a linear system: forces by inputs, directly and along directions that stay."""
         return sp.csr_array(self._inputs + self._collect @ self._kappa_input)
 
-    @property
-    def free(self) -> sp.csr_array:
-        """What multiplies the unknowns of a linear system in ``E x'``."""
-        return self._rest_matrix
-
     @cached_property
-    def _rest_matrix(self) -> sp.csr_array:
+    def free(self) -> sp.csr_array:
+        """What multiplies the unknowns in ``E x'`` at any orientation; in a linear system, all that does."""
         matrix = self._matrix(self._rest.copy())
         matrix.eliminate_zeros()
         return matrix
@@ -476,7 +472,7 @@ class StageEquation:
 
     @cached_property
     def _parts(self) -> ResidualParts:
-        linear = (self._turn, self._kappa, self._mass_matrix, self._rest_matrix)
+        linear = (self._turn, self._kappa, self._mass_matrix, self.free)
         return ResidualParts.of(self._equations, self.order, self.scale, linear, self._collect)
 
     def _features(self, z: Floats, alpha: Floats) -> tuple[Floats, Floats, tuple[Floats, ...]]:

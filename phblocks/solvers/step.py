@@ -167,9 +167,9 @@ class Steps:
         Returns
         -------
         Steps
-            Views.
+            Views; these steps themselves if it is all of them.
         """
-        return Steps(**_taken(self, lambda array: array[:count]))
+        return self if count == len(self) else Steps(**_taken(self, lambda array: array[:count]))
 
     @cached_property
     def last(self) -> Step:
